@@ -1,0 +1,44 @@
+/* method/method.h: what a method's room gives to the registry, and what a solver keeps. */
+#ifndef METHOD_METHOD_H
+#define METHOD_METHOD_H
+
+#include <penumbra/method.h>
+
+#include "base/base.h"
+#include "scene/scene.h"
+
+struct method {
+    pnb_method_info info;
+    /* solver->state is the method's own. Fills solver->samples; parameters by solver_param(). */
+    pnb_status (*create)(pnb_solver *solver);
+    void (*destroy)(pnb_solver *solver);
+    pnb_status (*update)(pnb_solver *solver, pnb_update update);
+    /* The light is checked and one of info.lights. Writes every element of visibility. */
+    pnb_status (*visibility)(pnb_solver *solver, const pnb_light *light,
+                             const pnb_receivers *receivers, float *visibility);
+};
+
+struct pnb_solver {
+    const struct method *method;
+    pnb_context *context;
+    pnb_scene *scene;
+    int samples;
+    char **values; /* one per info.params, resolved with the defaults */
+    void *state;
+    pnb_solver_report report;
+    char **warnings;
+    size_t warning_capacity;
+};
+
+const char *solver_param(const pnb_solver *solver, const char *key);
+double solver_param_number(const pnb_solver *solver, const char *key);
+int solver_param_integer(const pnb_solver *solver, const char *key);
+/* Sets a counter of the report (adds it when new). */
+void solver_count(pnb_solver *solver, const char *name, double value);
+/* A line for the report, once; also logged. */
+void solver_warn(pnb_solver *solver, const char *format, ...) __attribute__((format(printf, 2, 3)));
+
+/* The rooms, each defined in its own folder. */
+extern const struct method method_reference;
+
+#endif
