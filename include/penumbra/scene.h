@@ -36,7 +36,7 @@ typedef struct pnb_mesh_info {
     size_t edge_count;
     size_t open_edge_count;              /* one triangle */
     size_t non_manifold_edge_count;      /* three or more */
-    size_t inconsistent_edge_count;      /* two triangles that run along it in the same direction */
+    size_t inconsistent_edge_count;      /* directed edges along which two or more triangles run */
     size_t degenerate_triangle_count;    /* zero area, or two equal corners */
     bool closed;                         /* no open, non-manifold or inconsistent edge */
     double bounds_min[3], bounds_max[3]; /* mesh space */
