@@ -1,0 +1,65 @@
+/* cli/session.h: a command at work: the context with its progress bar and log, signals, scenes,
+ * files and JSON output. */
+#ifndef CLI_SESSION_H
+#define CLI_SESSION_H
+
+#include <jansson.h>
+
+#include "options.h"
+
+struct cli_session {
+    pnb_context *context;
+    const struct cli_options *options;
+    char **warnings; /* each once, in order */
+    size_t warning_count;
+    struct cli_bar {
+        bool enabled, drawn;
+        char stage[64];
+        double started_ms, drawn_ms;
+    } bar;
+};
+
+/* CLI_GO_ON or an exit status. On SIGINT and SIGTERM the work is cancelled: the call under way ends
+ * with PNB_ERROR_CANCELLED; a second signal ends the program at once. */
+int cli_session_init(struct cli_session *session, const struct cli_options *options);
+void cli_session_finish(struct cli_session *session);
+
+/* Says what the context's last call failed of; returns CLI_EXIT_FAILED. */
+int cli_session_fail(struct cli_session *session);
+/* "penumbra: warning: TEXT" unless quiet, each text once; kept for JSON. */
+void cli_session_warn(struct cli_session *session, const char *text);
+/* Removes the progress bar from the screen. Whatever prints while work goes on calls it first. */
+void cli_session_clear_bar(struct cli_session *session);
+/* True once a signal asked to stop. */
+bool cli_session_stopped(void);
+double cli_clock_ms(void);
+
+/* The scene with the lights of --light in place of its own, if there are any; --light-index is
+ * checked against it. CLI_GO_ON or an exit status. */
+int cli_scene_load(struct cli_session *session, const char *path, pnb_scene **out_scene);
+/* The --light texts alone: a mistake in them is one of the command line. Before loading a scene. */
+int cli_lights_check(struct cli_session *session);
+
+/* What can be known before long work: the folder of the file exists and lets write, and path is no
+ * folder. CLI_GO_ON or an exit status. */
+int cli_check_writable(const char *path);
+/* The same for a folder that is made when missing. */
+int cli_make_folder(const char *path);
+
+/* What the solver ran on: the OpenGL renderer that it reported, or else the processor's name. text:
+ * size bytes, the caller's. */
+const char *cli_device(const pnb_solver_report *report, char *text, size_t size);
+
+/* A JSON string of any bytes: what is not UTF-8 becomes '?'. */
+json_t *cli_json_text(const char *text);
+/* Finite numbers as they are, others as null. */
+json_t *cli_json_number(double value);
+/* The session's warnings as an array. */
+json_t *cli_json_warnings(const struct cli_session *session);
+/* Prints to standard output and gives the reference away. CLI_EXIT_DONE or CLI_EXIT_FAILED. */
+int cli_json_print(json_t *value);
+/* Standard output as a whole came through? CLI_EXIT_DONE, or says why not: CLI_EXIT_FAILED. Every
+ * command that prints ends with it. */
+int cli_flush(void);
+
+#endif
