@@ -18,10 +18,6 @@ WEAK void light_shape_finish(pnb_context *c, struct light_shape *s) {}
 WEAK struct light_point light_shape_sample(const struct light_shape *s, double u, double v) { return (struct light_point){{0, 0, 0}, 0}; }
 WEAK void light_sobol_owen(uint32_t i, uint32_t s, float *u, float *v) { *u = *v = 0; }
 WEAK bool light_shape_faces(const struct light_shape *s, vec3 p, vec3 n) { return true; }
-WEAK pnb_status pnb_scene_load(pnb_context *c, const char *p, pnb_scene **s) { FAIL(c); }
-WEAK pnb_status pnb_scene_parse(pnb_context *c, const char *t, size_t n, const char *f, pnb_scene **s) { FAIL(c); }
-WEAK pnb_status pnb_scene_add_light_json(pnb_scene *s, const char *t, size_t *i) { FAIL(s->context); }
-WEAK double pnb_scene_exposure(const pnb_scene *s) { return 1; }
 WEAK pnb_status pnb_scene_write_json(pnb_scene *s, const char *p) { FAIL(s->context); }
 WEAK pnb_status pnb_scene_write_glb(pnb_scene *s, const char *p) { FAIL(s->context); }
 WEAK size_t pnb_builtin_count(void) { return 0; }
