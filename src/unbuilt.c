@@ -40,16 +40,5 @@ WEAK void pnb_solver_destroy(pnb_solver *s) {}
 WEAK pnb_status pnb_solver_update(pnb_solver *s, pnb_update u) { FAIL(s->context); }
 WEAK pnb_status pnb_solver_visibility(pnb_solver *s, const pnb_light *l, const pnb_receivers *r, float *v) { FAIL(s->context); }
 WEAK void pnb_solver_get_report(const pnb_solver *s, pnb_solver_report *o) {}
-WEAK pnb_status pnb_image_create(pnb_context *c, int w, int h, int n, pnb_image *o) { FAIL(c); }
-WEAK void pnb_image_finish(pnb_context *c, pnb_image *i) {}
-WEAK pnb_status pnb_image_write(pnb_context *c, const char *p, const pnb_image *i) { FAIL(c); }
-WEAK pnb_status pnb_image_write_exr(pnb_context *c, const char *p, int w, int h, const pnb_channel *k, size_t n) { FAIL(c); }
-WEAK pnb_status pnb_image_encode_png(pnb_context *c, const pnb_image *i, bool s, uint8_t **b, size_t *n) { FAIL(c); }
-WEAK void pnb_bytes_free(pnb_context *c, uint8_t *b) {}
-WEAK pnb_status pnb_file_write(pnb_context *c, const char *p, const void *b, size_t n) { FAIL(c); }
-WEAK pnb_status pnb_image_read(pnb_context *c, const char *p, pnb_image *o) { FAIL(c); }
-WEAK void pnb_colormap_sequential(double t, double o[3]) { o[0] = o[1] = o[2] = t; }
-WEAK void pnb_colormap_diverging(double t, double o[3]) { o[0] = o[1] = o[2] = t; }
-WEAK pnb_status pnb_image_error_map(pnb_context *c, const float *e, int w, int h, double s, bool b, pnb_image *o) { FAIL(c); }
 WEAK pnb_status pnb_measure(pnb_context *c, const float *v, const float *t, const uint8_t *m, size_t n, pnb_errors *o) { FAIL(c); }
 WEAK void pnb_measure_facing(const pnb_light *l, const pnb_receivers *r, uint8_t *m) {}
