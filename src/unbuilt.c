@@ -40,5 +40,3 @@ WEAK void pnb_solver_destroy(pnb_solver *s) {}
 WEAK pnb_status pnb_solver_update(pnb_solver *s, pnb_update u) { FAIL(s->context); }
 WEAK pnb_status pnb_solver_visibility(pnb_solver *s, const pnb_light *l, const pnb_receivers *r, float *v) { FAIL(s->context); }
 WEAK void pnb_solver_get_report(const pnb_solver *s, pnb_solver_report *o) {}
-WEAK pnb_status pnb_measure(pnb_context *c, const float *v, const float *t, const uint8_t *m, size_t n, pnb_errors *o) { FAIL(c); }
-WEAK void pnb_measure_facing(const pnb_light *l, const pnb_receivers *r, uint8_t *m) {}
