@@ -42,6 +42,13 @@ struct light_point light_shape_sample(const struct light_shape *shape, double u,
 /* Owen-scrambled Sobol points: sample index i of a sequence, scrambled by seed; in [0,1). */
 void light_sobol_owen(uint32_t index, uint32_t seed, float *out_u, float *out_v);
 
+/* How much of the light lies above the plane through p with normal n; none where p is not on the
+ * light's lit side. Heights of zero do not count as above. */
+enum light_facing { LIGHT_FACING_NONE = 0, LIGHT_FACING_SOME, LIGHT_FACING_ALL };
+enum light_facing light_shape_facing(const struct light_shape *shape, vec3 p, vec3 n);
+/* Lines, points and the sun have no other side. */
+bool light_shape_lit_side(const struct light_shape *shape, vec3 p);
+
 /* True if every point of the light lies above the plane through p with normal n, and p on the
  * light's lit side. */
 bool light_shape_faces(const struct light_shape *shape, vec3 p, vec3 n);

@@ -11,6 +11,7 @@ struct method {
     pnb_method_info info;
     /* solver->state is the method's own. Fills solver->samples; parameters by solver_param(). */
     pnb_status (*create)(pnb_solver *solver);
+    /* Also after a create() that failed: state is then what create() left, or NULL. */
     void (*destroy)(pnb_solver *solver);
     pnb_status (*update)(pnb_solver *solver, pnb_update update);
     /* The light is checked and one of info.lights. Writes every element of visibility. */
@@ -37,6 +38,8 @@ int solver_param_integer(const pnb_solver *solver, const char *key);
 void solver_count(pnb_solver *solver, const char *name, double value);
 /* A line for the report, once; also logged. */
 void solver_warn(pnb_solver *solver, const char *format, ...) __attribute__((format(printf, 2, 3)));
+
+const struct method *method_find(const char *name); /* NULL: none of that name */
 
 /* The rooms, each defined in its own folder. */
 extern const struct method method_reference;
