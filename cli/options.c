@@ -29,7 +29,8 @@ struct shared_option {
 
 static const struct shared_option shared_options[] = {
     {CLI_METHOD, 'm', "method", "NAME", "the shadow method; 'penumbra methods' lists them"},
-    {CLI_METHODS, 0, "methods", "A,B|all", "several methods, separated by commas"},
+    {CLI_METHODS, 0, "methods", "A,B|all",
+     "several methods, separated by commas; A:64 with 64 light samples"},
     {CLI_OUTPUT, 'o', "output", "PATH", NULL},
     {CLI_SIZE, 's', "size", "WxH", "pixels of the picture (default 800x600)"},
     {CLI_LIGHT, 0, "light", "'SPEC'",
@@ -40,6 +41,7 @@ static const struct shared_option shared_options[] = {
      "a method's own parameter; repeatable; 'penumbra methods NAME' lists them"},
     {CLI_VISIBILITY, 0, "visibility", "FILE",
      "also write the visibility of light --light-index: .pfm, .exr or .png"},
+    {CLI_IMAGE, 0, "image", "FILE", "another program's result; repeatable; .png, .exr, .pfm"},
     {CLI_THREADS, 0, "threads", "N", "threads that work (default: one per processor)"},
     {CLI_JSON, 0, "json", NULL, "results on standard output as JSON"},
     {CLI_QUIET, 'q', "quiet", NULL, "no warnings, no progress bar"},
@@ -223,7 +225,9 @@ static bool read_size(struct cli_options *options, const char *text)
     return true;
 }
 
-static bool add_method(struct cli_options *options, const char *option, const char *name)
+/* samples: 0 for the method's own number. */
+static bool add_method(struct cli_options *options, const char *option, const char *name,
+                       int samples)
 {
     const pnb_method_info *info = pnb_method_find(name);
     if (!info) {
@@ -238,9 +242,14 @@ static bool add_method(struct cli_options *options, const char *option, const ch
                         nearest ? "'? " : "");
         return false;
     }
+    if (samples && !info->samples) {
+        cli_usage_error(options->command->name, option, "%s takes no number of samples", name);
+        return false;
+    }
     for (size_t i = 0; i < options->method_count; i++)
-        if (strcmp(options->methods[i], info->name) == 0)
+        if (strcmp(options->methods[i], info->name) == 0 && options->method_samples[i] == samples)
             return true;
+    options->method_samples[options->method_count] = samples;
     options->methods[options->method_count++] = info->name;
     return true;
 }
@@ -248,15 +257,24 @@ static bool add_method(struct cli_options *options, const char *option, const ch
 static bool add_methods(struct cli_options *options, char *list)
 {
     if (strcmp(list, "all") == 0) {
+        options->all_methods = true;
         for (size_t i = 0; i < pnb_method_count(); i++)
-            add_method(options, "--methods", pnb_method(i)->name);
+            add_method(options, "--methods", pnb_method(i)->name, 0);
         return true;
     }
     for (char *name = list, *end; name; name = end) {
         end = strchr(name, ',');
         if (end)
             *end++ = 0;
-        if (!add_method(options, "--methods", name))
+        long samples = 0;
+        char *colon = strchr(name, ':');
+        if (colon) {
+            *colon++ = 0;
+            if (!cli_read_integer(options->command->name, "--methods", colon, 1, SAMPLES_MAX,
+                                  &samples))
+                return false;
+        }
+        if (!add_method(options, "--methods", name, (int)samples))
             return false;
     }
     return true;
@@ -288,7 +306,7 @@ static int take_shared(struct cli_options *options, const struct shared_option *
             printf("penumbra %s\n", pnb_version());
         return CLI_EXIT_DONE;
     case CLI_METHOD:
-        good = add_method(options, "--method", value);
+        good = add_method(options, "--method", value, 0);
         if (good)
             options->method = pnb_method_find(value)->name;
         break;
@@ -311,6 +329,7 @@ static int take_shared(struct cli_options *options, const struct shared_option *
                             "'%.200s' ends in none of .pfm .exr .png", value);
         options->visibility = value;
         break;
+    case CLI_IMAGE: options->images[options->image_count++] = value; break;
     case CLI_THREADS:
         good = cli_read_integer(command->name, "--threads", value, 1, THREADS_MAX, &number);
         options->threads = (int)number;
@@ -540,9 +559,16 @@ int cli_options_init(const struct cli_command *command, int argc, char **argv,
     options->operands = calloc(room, sizeof(*options->operands));
     options->lights = calloc(room, sizeof(*options->lights));
     options->params = calloc(room, sizeof(*options->params));
-    options->methods = calloc(pnb_method_count() + 1, sizeof(*options->methods));
+    options->images = calloc(room, sizeof(*options->images));
+    /* A list of methods is at most as long as its text. */
+    size_t methods = 2 * pnb_method_count() + 1;
+    for (int i = 1; i < argc; i++)
+        methods += strlen(argv[i]) / 2 + 1;
+    options->methods = calloc(methods, sizeof(*options->methods));
+    options->method_samples = calloc(methods, sizeof(*options->method_samples));
     int result;
-    if (!options->operands || !options->lights || !options->params || !options->methods)
+    if (!options->operands || !options->lights || !options->params || !options->images ||
+        !options->methods || !options->method_samples)
         result = cli_error("memory", "none left");
     else
         result = read_arguments(options, argc, argv);
@@ -556,6 +582,8 @@ void cli_options_finish(struct cli_options *options)
     free(options->operands);
     free(options->lights);
     free(options->params);
+    free(options->images);
     free(options->methods);
+    free(options->method_samples);
     *options = (struct cli_options){0};
 }

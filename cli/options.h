@@ -20,7 +20,7 @@
  * always there. */
 enum {
     CLI_METHOD = 1 << 0,      /* -m, --method NAME */
-    CLI_METHODS = 1 << 1,     /* --methods a,b|all; -m adds one more */
+    CLI_METHODS = 1 << 1,     /* --methods a,b:SAMPLES|all; -m adds one more */
     CLI_SIZE = 1 << 2,        /* -s, --size WxH */
     CLI_LIGHT = 1 << 3,       /* --light SPEC, repeatable */
     CLI_LIGHT_INDEX = 1 << 4, /* --light-index N */
@@ -30,7 +30,8 @@ enum {
     CLI_THREADS = 1 << 8,     /* --threads N */
     CLI_JSON = 1 << 9,        /* --json */
     CLI_QUIET = 1 << 10,      /* -q, --quiet */
-    CLI_OUTPUT = 1 << 11      /* -o, --output PATH */
+    CLI_OUTPUT = 1 << 11,     /* -o, --output PATH */
+    CLI_IMAGE = 1 << 12       /* --image FILE, repeatable */
 };
 
 /* An option of one command only: with value_name it takes a text, else it is a flag. values may be
@@ -61,7 +62,9 @@ struct cli_options {
     const char *output;   /* NULL: not given */
     const char *method;   /* the last -m; NULL: not given */
     const char **methods; /* --methods and -m, in order, each once; "all" is written out */
+    int *method_samples;  /* the number after NAME: in --methods; 0: none */
     size_t method_count;  /* 0: not given */
+    bool all_methods;     /* --methods all */
     int width, height;    /* 800 x 600 unless given */
     bool size_given;
     const char **lights; /* JSON texts */
@@ -71,6 +74,8 @@ struct cli_options {
     pnb_solver_param *params;
     size_t param_count;
     const char *visibility;
+    const char **images; /* files */
+    size_t image_count;
     int threads; /* 0: one per processor */
     bool json, quiet;
 };
