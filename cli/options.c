@@ -40,7 +40,7 @@ static const struct shared_option shared_options[] = {
     {CLI_PARAM, 'p', "param", "KEY=VALUE",
      "a method's own parameter; repeatable; 'penumbra methods NAME' lists them"},
     {CLI_VISIBILITY, 0, "visibility", "FILE",
-     "also write the visibility of light --light-index: .pfm, .exr or .png"},
+     "also write the visibility of light --light-index; repeatable; .pfm, .exr, .png"},
     {CLI_IMAGE, 0, "image", "FILE", "another program's result; repeatable; .png, .exr, .pfm"},
     {CLI_THREADS, 0, "threads", "N", "threads that work (default: one per processor)"},
     {CLI_JSON, 0, "json", NULL, "results on standard output as JSON"},
@@ -327,7 +327,7 @@ static int take_shared(struct cli_options *options, const struct shared_option *
         if (!good)
             cli_usage_error(command->name, "--visibility",
                             "'%.200s' ends in none of .pfm .exr .png", value);
-        options->visibility = value;
+        options->visibilities[options->visibility_count++] = value;
         break;
     case CLI_IMAGE: options->images[options->image_count++] = value; break;
     case CLI_THREADS:
@@ -559,6 +559,7 @@ int cli_options_init(const struct cli_command *command, int argc, char **argv,
     options->operands = calloc(room, sizeof(*options->operands));
     options->lights = calloc(room, sizeof(*options->lights));
     options->params = calloc(room, sizeof(*options->params));
+    options->visibilities = calloc(room, sizeof(*options->visibilities));
     options->images = calloc(room, sizeof(*options->images));
     /* A list of methods is at most as long as its text. */
     size_t methods = 2 * pnb_method_count() + 1;
@@ -568,7 +569,7 @@ int cli_options_init(const struct cli_command *command, int argc, char **argv,
     options->method_samples = calloc(methods, sizeof(*options->method_samples));
     int result;
     if (!options->operands || !options->lights || !options->params || !options->images ||
-        !options->methods || !options->method_samples)
+        !options->visibilities || !options->methods || !options->method_samples)
         result = cli_error("memory", "none left");
     else
         result = read_arguments(options, argc, argv);
@@ -583,6 +584,7 @@ void cli_options_finish(struct cli_options *options)
     free(options->lights);
     free(options->params);
     free(options->images);
+    free(options->visibilities);
     free(options->methods);
     free(options->method_samples);
     *options = (struct cli_options){0};

@@ -26,7 +26,7 @@ enum {
     CLI_LIGHT_INDEX = 1 << 4, /* --light-index N */
     CLI_SAMPLES = 1 << 5,     /* -n, --samples N */
     CLI_PARAM = 1 << 6,       /* -p, --param KEY=VALUE, repeatable */
-    CLI_VISIBILITY = 1 << 7,  /* --visibility FILE */
+    CLI_VISIBILITY = 1 << 7,  /* --visibility FILE, repeatable */
     CLI_THREADS = 1 << 8,     /* --threads N */
     CLI_JSON = 1 << 9,        /* --json */
     CLI_QUIET = 1 << 10,      /* -q, --quiet */
@@ -73,7 +73,8 @@ struct cli_options {
     int samples; /* 0: the method's default */
     pnb_solver_param *params;
     size_t param_count;
-    const char *visibility;
+    const char **visibilities; /* files */
+    size_t visibility_count;
     const char **images; /* files */
     size_t image_count;
     int threads; /* 0: one per processor */

@@ -32,7 +32,7 @@ static const char help_text[] =
     "examples\n"
     "  penumbra render builtin:spheres-9x9\n"
     "  penumbra render cow.obj -o cow.exr -m reference -n 1024 -s 1600x1200\n"
-    "  penumbra render scene.json --visibility v.pfm --light-index 1 --json\n"
+    "  penumbra render scene.json --visibility v.pfm --visibility v.png --light-index 1 --json\n"
     "  penumbra render cow.obj --light '{\"type\": \"disk\", \"center\": [0, 4, 0],\n"
     "      \"normal\": [0, -1, 0], \"radius\": 0.5}'\n";
 
@@ -94,11 +94,12 @@ static int check_outputs(struct render *render)
     if (!cli_has_ending(render->output, PICTURE_ENDINGS))
         return cli_usage_error("render", "--output", "'%.200s' ends in none of " PICTURE_ENDINGS,
                                render->output);
-    if (options->visibility && strcmp(options->visibility, render->output) == 0)
-        return cli_usage_error("render", "--visibility", "is the same file as the picture");
     int result = cli_check_writable(render->output);
-    if (result == CLI_GO_ON && options->visibility)
-        result = cli_check_writable(options->visibility);
+    for (size_t i = 0; i < options->visibility_count && result == CLI_GO_ON; i++) {
+        if (strcmp(options->visibilities[i], render->output) == 0)
+            return cli_usage_error("render", "--visibility", "is the same file as the picture");
+        result = cli_check_writable(options->visibilities[i]);
+    }
     return result;
 }
 
@@ -225,33 +226,27 @@ static pnb_status write_exr(struct render *render)
     return status;
 }
 
+static pnb_status write_visibility(struct render *render, const char *path)
+{
+    pnb_context *context = render->session.context;
+    pnb_image image = {render->view.width, render->view.height, 1,
+                       render->lights[render->options->light_index].visibility};
+    pnb_channel channel = {"visibility", image.data, 1};
+    if (cli_has_ending(path, ".exr"))
+        return pnb_image_write_exr(context, path, image.width, image.height, &channel, 1);
+    return pnb_image_write(context, path, &image);
+}
+
 static int write_files(struct render *render)
 {
     const struct cli_options *options = render->options;
-    pnb_context *context = render->session.context;
-    pnb_status status;
-    if (cli_has_ending(render->output, ".exr")) {
-        status = write_exr(render);
-    } else {
-        pnb_image picture = {options->width, options->height, 3, render->rgb};
-        status = pnb_image_write(context, render->output, &picture);
-    }
-    if (status != PNB_OK)
-        return cli_session_fail(&render->session);
-    if (options->visibility) {
-        float *visibility = render->lights[options->light_index].visibility;
-        if (cli_has_ending(options->visibility, ".exr")) {
-            pnb_channel channel = {"visibility", visibility, 1};
-            status = pnb_image_write_exr(context, options->visibility, options->width,
-                                         options->height, &channel, 1);
-        } else {
-            pnb_image image = {options->width, options->height, 1, visibility};
-            status = pnb_image_write(context, options->visibility, &image);
-        }
-        if (status != PNB_OK)
-            return cli_session_fail(&render->session);
-    }
-    return CLI_GO_ON;
+    pnb_image picture = {options->width, options->height, 3, render->rgb};
+    pnb_status status = cli_has_ending(render->output, ".exr")
+                            ? write_exr(render)
+                            : pnb_image_write(render->session.context, render->output, &picture);
+    for (size_t i = 0; i < options->visibility_count && status == PNB_OK; i++)
+        status = write_visibility(render, options->visibilities[i]);
+    return status == PNB_OK ? CLI_GO_ON : cli_session_fail(&render->session);
 }
 
 static json_t *counters_json(const struct light_result *light)
@@ -331,7 +326,8 @@ static int run(struct render *render)
     int result = check_outputs(render);
     if (result == CLI_GO_ON)
         result = cli_scene_load(&render->session, options->operands[0], &render->scene);
-    if (result == CLI_GO_ON && options->visibility && pnb_scene_light_count(render->scene) == 0)
+    if (result == CLI_GO_ON && options->visibility_count &&
+        pnb_scene_light_count(render->scene) == 0)
         result = cli_error(options->operands[0], "has no light, so there is no visibility");
     if (result == CLI_GO_ON)
         result = solve(render);
