@@ -252,9 +252,12 @@ static int write_files(struct render *render)
 static json_t *counters_json(const struct light_result *light)
 {
     json_t *object = json_object();
-    for (size_t i = 0; i < light->counter_count; i++)
+    for (size_t i = 0; i < light->counter_count; i++) {
+        double value = light->counters[i].value;
+        bool whole = value == floor(value) && fabs(value) < 9e15;
         json_object_set_new(object, light->counters[i].name,
-                            cli_json_number(light->counters[i].value));
+                            whole ? json_integer((json_int_t)value) : cli_json_number(value));
+    }
     return object;
 }
 
