@@ -1,0 +1,18 @@
+#!/bin/sh
+# Renders the pictures of the documents into docs/pictures/.
+#   tools/pictures.sh [BUILD]
+set -eu
+cd "$(dirname "$0")/.."
+penumbra=${1:-build}/penumbra
+mkdir -p docs/pictures
+
+picture() { # scene options...
+    scene=$1
+    shift
+    echo "docs/pictures/$scene.png"
+    "$penumbra" render "builtin:$scene" -m reference -o "docs/pictures/$scene.png" "$@"
+}
+picture jack-in-the-box -s 960x540 -n 1024
+picture spheres-9x9 -s 480x360 -n 1024
+picture fence -s 480x360 -n 1024
+picture room -s 480x360 -n 1024
