@@ -1,0 +1,552 @@
+/* planar/sweep.c: the sweep line (Boehl and Stuerzlinger, sections 3.1 and 3.2, in one).
+ *
+ * A vertical line moves over the plane by x (then y). The status holds the edges that it cuts, from
+ * below to above; winding numbers are summed up along it. At each point: edges that arrive are
+ * done, edges that pass through it are cut there, edges that leave take their place, sorted by
+ * direction; neighbours that have not met before are tested, and where they cross a point is made,
+ * rounded to the grid, at which both are cut.
+ *
+ * The paper cuts an edge against all others when it is inserted; here only neighbours of the status
+ * are compared, so that n edges with k crossings cost O((n + k) log n). Where a chain merely bends,
+ * the new edge takes the old one's place without a search. The status is an array: a search is a
+ * binary one, an insertion moves memory.
+ *
+ * Exact: one predicate (planar_orient) makes every decision. A point on an edge, coincident edges,
+ * many edges through one point, vertical edges: all usual cases, not special ones. Not exact is
+ * only the rounding of a crossing to the grid, which bends both edges by less than a grid unit.
+ * Should that put an edge on the wrong side of a point, the order along the line, or a face that
+ * cannot be filled, tells (`trouble`), and the input is rounded by snap.c and swept again.
+ *
+ * Invariants: edges meet in end points only; below + delta = above; the winding numbers around a
+ * point agree (else: the segments do not close).
+ */
+#include "planar/inside.h"
+
+#include <math.h>
+
+#define STARTERS_MAX   64
+#define BEND_DEPTH_MAX 40
+
+static inline int64_t side(const struct sweep_edge *e, struct planar_point p)
+{
+    return planar_orient(e->l, e->r, p);
+}
+
+static inline int32_t above(const struct sweep_edge *e)
+{
+    return e->below + e->delta;
+}
+
+static void heap_push(struct planar_workspace *w, struct crossing c)
+{
+    if (!ROOM(w, heap, 1))
+        return;
+    size_t i = w->heap_count++;
+    while (i > 0 && planar_before(c.p, w->heap[(i - 1) / 2].p)) {
+        w->heap[i] = w->heap[(i - 1) / 2];
+        i = (i - 1) / 2;
+    }
+    w->heap[i] = c;
+}
+
+static struct crossing heap_pop(struct planar_workspace *w)
+{
+    struct crossing top = w->heap[0], c = w->heap[--w->heap_count];
+    size_t i = 0, n = w->heap_count;
+    for (;;) {
+        size_t child = 2 * i + 1;
+        if (child >= n)
+            break;
+        if (child + 1 < n && planar_before(w->heap[child + 1].p, w->heap[child].p))
+            child++;
+        if (!planar_before(w->heap[child].p, c.p))
+            break;
+        w->heap[i] = w->heap[child];
+        i = child;
+    }
+    if (n > 0)
+        w->heap[i] = c;
+    return top;
+}
+
+/* Those of the status that run through p: [*lo, *hi). */
+static void find_range(struct planar_workspace *w, struct planar_point p, uint32_t ends, size_t *lo,
+                       size_t *hi)
+{
+    const uint32_t *status = w->status;
+    const struct sweep_edge *work = w->work;
+    size_t n = w->status_count;
+    size_t first, last;
+    if (ends != PLANAR_NONE && work[ends].hint < n && status[work[ends].hint] == ends &&
+        planar_same(work[ends].r, p)) {
+        first = work[ends].hint;
+        last = first + 1;
+        while (first > 0) {
+            int64_t s = side(&work[status[first - 1]], p);
+            if (s > 0)
+                break;
+            if (s < 0)
+                w->trouble = true;
+            first--;
+        }
+    } else {
+        size_t a = 0, b = n;
+        while (a < b) {
+            size_t m = (a + b) / 2;
+            if (side(&work[status[m]], p) > 0)
+                a = m + 1;
+            else
+                b = m;
+        }
+        first = last = a;
+    }
+    while (last < n) {
+        int64_t s = side(&work[status[last]], p);
+        if (s < 0)
+            break;
+        if (s > 0)
+            w->trouble = true;
+        last++;
+    }
+    *lo = first;
+    *hi = last;
+}
+
+/* Where two edges that are known to cross do so, rounded. */
+static struct planar_point crossing_point(const struct sweep_edge *f, const struct sweep_edge *g)
+{
+    /* f.l + t (f.r - f.l), t = cross(g.l - f.l, dg) / cross(df, dg): numerator and denominator are
+     * exact, the quotient is right to 2^-51, the product to 2^-21 grid units. */
+    int64_t dfx = f->r.x - f->l.x, dfy = f->r.y - f->l.y;
+    int64_t dgx = g->r.x - g->l.x, dgy = g->r.y - g->l.y;
+    int64_t number = (g->l.x - f->l.x) * dgy - (g->l.y - f->l.y) * dgx;
+    int64_t by = dfx * dgy - dfy * dgx;
+    double t = (double)number / (double)by;
+    return (struct planar_point){f->l.x + (int32_t)floor(t * (double)dfx + 0.5),
+                                 f->l.y + (int32_t)floor(t * (double)dfy + 0.5)};
+}
+
+/* f is below g where both are active: true unless their left ends say otherwise. */
+static bool ordered(const struct sweep_edge *f, const struct sweep_edge *g)
+{
+    if (planar_same(f->l, g->l))
+        return planar_orient(f->l, f->r, g->r) > 0;
+    if (planar_before(f->l, g->l))
+        return side(f, g->l) > 0;
+    return side(g, f->l) < 0;
+}
+
+/* Cuts an edge of the status at p; the rest starts there later. Returns the rest or PLANAR_NONE. */
+static uint32_t cut(struct planar_workspace *w, uint32_t id, struct planar_point p)
+{
+    if (planar_same(w->work[id].r, p) || !ROOM(w, work, 1))
+        return PLANAR_NONE;
+    struct sweep_edge *e = &w->work[id];
+    uint32_t rest = (uint32_t)w->work_count++;
+    w->work[rest] = (struct sweep_edge){.l = p,
+                                        .r = e->r,
+                                        .rid = e->rid,
+                                        .delta = e->delta,
+                                        .next = PLANAR_NONE,
+                                        .hint = PLANAR_NONE};
+    e->r = p;
+    e->rid = PLANAR_NONE;
+    return rest;
+}
+
+/* Do the status' edges i and i + 1 cross to the right of p? Then cut them there. */
+static void check_pair(struct planar_workspace *w, size_t i, struct planar_point p, int depth)
+{
+    uint32_t fi = w->status[i], gi = w->status[i + 1];
+    const struct sweep_edge *f = &w->work[fi], *g = &w->work[gi];
+    if (planar_before(g->r, f->r)) {
+        if (side(f, g->r) >= 0)
+            return;
+    } else if (side(g, f->r) <= 0) {
+        return;
+    }
+    struct planar_point c = crossing_point(f, g);
+    if (!planar_before(p, c) || planar_before(f->r, c) || planar_before(g->r, c) ||
+        depth > BEND_DEPTH_MAX) {
+        w->trouble = true;
+        return;
+    }
+    uint32_t a = cut(w, fi, c), b = cut(w, gi, c);
+    uint32_t first = a != PLANAR_NONE ? a : b;
+    if (a != PLANAR_NONE)
+        w->work[a].next = b;
+    if (w->no_memory)
+        return;
+    heap_push(w, (struct crossing){c, first, fi});
+    if (w->no_memory)
+        return;
+    /* Both are bent a little now: is all still in order? */
+    if (!ordered(&w->work[fi], &w->work[gi])) {
+        w->trouble = true;
+        return;
+    }
+    if (i > 0) {
+        w->trouble |= !ordered(&w->work[w->status[i - 1]], &w->work[fi]);
+        if (!w->trouble)
+            check_pair(w, i - 1, p, depth + 1);
+    }
+    if (i + 2 < w->status_count && !w->trouble) {
+        w->trouble |= !ordered(&w->work[gi], &w->work[w->status[i + 2]]);
+        if (!w->trouble)
+            check_pair(w, i + 1, p, depth + 1);
+    }
+}
+
+static inline bool filled(const struct planar_workspace *w, int32_t level)
+{
+    return level >= w->min_level && level <= w->max_level;
+}
+
+static void end_trapezoid(struct planar_workspace *w, uint32_t lower, uint32_t upper, int32_t x)
+{
+    struct sweep_edge *e = &w->work[lower];
+    if (filled(w, above(e)) && e->gap_x < x && ROOM(w, trapezoids, 1))
+        w->trapezoids[w->trapezoids_count++] =
+            (struct planar_trapezoid){e->gap_x, x, lower, upper, above(e)};
+    e->gap_x = x;
+}
+
+/* Puts an edge that starts at p among the others, in order of direction. Coincident ones become
+ * one.
+ */
+static size_t add_starter(struct planar_workspace *w, uint32_t *starters, size_t count,
+                          struct planar_point p, uint32_t id)
+{
+    struct sweep_edge *e = &w->work[id];
+    size_t i = count;
+    for (; i > 0; i--) {
+        struct sweep_edge *o = &w->work[starters[i - 1]];
+        int64_t turn = planar_orient(p, o->r, e->r);
+        if (turn > 0)
+            break;
+        if (turn == 0) {
+            /* One direction: the shorter takes both, what is left of the longer starts at its end.
+             */
+            if (planar_before(e->r, o->r)) {
+                struct sweep_edge t = *o;
+                o->r = e->r;
+                o->rid = e->rid;
+                o->delta += e->delta;
+                e->l = o->r;
+                e->r = t.r;
+                e->rid = t.rid;
+                e->delta = t.delta;
+            } else {
+                o->delta += e->delta;
+                if (planar_same(e->r, o->r))
+                    return count;
+                e->l = o->r;
+            }
+            e->next = PLANAR_NONE;
+            heap_push(w, (struct crossing){e->l, id, PLANAR_NONE});
+            return count;
+        }
+    }
+    for (size_t j = count; j > i; j--)
+        starters[j] = starters[j - 1];
+    starters[i] = id;
+    return count + 1;
+}
+
+static void finish_edge(struct planar_workspace *w, uint32_t id, uint32_t point)
+{
+    struct sweep_edge *e = &w->work[id];
+    e->rid = point;
+    e->next = (uint32_t)w->edges_count; /* from here on: its number in the result */
+    if (e->lid == point) {
+        w->trouble = true;
+        return;
+    }
+    if (ROOM(w, edges, 1))
+        w->edges[w->edges_count++] = (struct planar_edge){e->lid, point, e->below, above(e)};
+}
+
+/* One point of the sweep. first: the list of the edges that start there; ends: hint, an edge that
+ * ends there; id: the point's number, or PLANAR_NONE for a crossing. */
+static void meet(struct planar_workspace *w, struct planar_point p, uint32_t id, uint32_t first,
+                 uint32_t ends)
+{
+    uint32_t small[STARTERS_MAX], *starters = small, *large = NULL;
+    size_t lo, hi;
+    find_range(w, p, ends, &lo, &hi);
+    if (w->trouble)
+        return;
+    size_t list = 0;
+    for (uint32_t e = first; e != PLANAR_NONE; e = w->work[e].next)
+        list++;
+    if (list + (hi - lo) == 0)
+        return;
+    if (list + (hi - lo) > STARTERS_MAX) {
+        starters = large = memory_alloc(w->context, list + (hi - lo), sizeof(*large));
+        w->no_memory |= !large;
+    }
+    if (w->no_memory || !ROOM(w, work, hi - lo + 2) || !ROOM(w, status, list + (hi - lo)) ||
+        !ROOM(w, edges, hi - lo) || !ROOM(w, points, 1)) {
+        memory_free(w->context, large);
+        return;
+    }
+    int32_t level = lo > 0 ? above(&w->work[w->status[lo - 1]]) : w->base;
+    int32_t top_level = hi > lo ? above(&w->work[w->status[hi - 1]]) : level;
+    /* Edges that start here, and the rests of those that pass through. */
+    size_t count = 0;
+    for (uint32_t e = first; e != PLANAR_NONE;) {
+        uint32_t next = w->work[e].next;
+        count = add_starter(w, starters, count, p, e);
+        e = next;
+    }
+    for (size_t i = lo; i < hi; i++) {
+        if (!planar_same(w->work[w->status[i]].r, p)) {
+            uint32_t rest = cut(w, w->status[i], p);
+            count = add_starter(w, starters, count, p, rest);
+        }
+    }
+    size_t kept = 0;
+    int32_t sum = level;
+    for (size_t i = 0; i < count; i++) {
+        struct sweep_edge *e = &w->work[starters[i]];
+        if (e->delta == 0)
+            continue;
+        e->below = sum;
+        sum += e->delta;
+        starters[kept++] = starters[i];
+    }
+    count = kept;
+    if (sum != top_level) {
+        w->unclosed = true;
+        w->unclosed_at = p;
+        memory_free(w->context, large);
+        return;
+    }
+    size_t ended = hi - lo;
+    if (count + ended == 0) {
+        memory_free(w->context, large);
+        return;
+    }
+    if (id == PLANAR_NONE) {
+        id = (uint32_t)w->points_count;
+        w->points[w->points_count++] = p;
+    }
+    uint32_t *status = w->status;
+    struct sweep_edge *lower = lo > 0 ? &w->work[status[lo - 1]] : NULL;
+    bool bounded = hi < w->status_count;
+    struct sweep_edge *highest = count > 0 ? &w->work[starters[count - 1]] : NULL;
+
+    /* Faces: the gaps that this point touches. */
+    if (w->trapezoid) {
+        if (lower && (ended || bounded))
+            end_trapezoid(w, status[lo - 1], status[lo], p.x);
+        for (size_t i = lo; i < hi; i++)
+            if (i + 1 < w->status_count)
+                end_trapezoid(w, status[i], status[i + 1], p.x);
+        for (size_t i = 0; i < count; i++)
+            w->work[starters[i]].gap_x = p.x;
+    }
+    if (w->triangulate) {
+        if (ended) {
+            struct sweep_edge *upper = &w->work[status[hi - 1]];
+            if (lower && filled(w, level))
+                fill_attach_top(w, lower, id, level);
+            for (size_t i = lo; i + 1 < hi; i++) {
+                struct sweep_edge *e = &w->work[status[i]];
+                if (filled(w, above(e)))
+                    fill_close(w, e, id, above(e));
+            }
+            if (bounded && filled(w, top_level)) {
+                fill_attach_bottom(w, upper, id, top_level);
+                if (highest) {
+                    highest->low = upper->low;
+                    highest->high = upper->high;
+                    highest->last = upper->last;
+                } else if (lower) {
+                    fill_join(w, lower, upper);
+                }
+            }
+        } else if (lower && bounded && filled(w, level)) {
+            fill_split(w, lower, highest, id);
+        }
+        for (size_t i = 0; i + 1 < count; i++) {
+            struct sweep_edge *e = &w->work[starters[i]];
+            if (filled(w, above(e)))
+                fill_start(w, e, id);
+        }
+        if (w->no_memory || w->trouble) {
+            memory_free(w->context, large);
+            return;
+        }
+    }
+    for (size_t i = lo; i < hi; i++)
+        finish_edge(w, status[i], id);
+
+    /* Put the new edges in the place of the old. */
+    if (count != ended) {
+        size_t tail = w->status_count - hi;
+        if (count > ended)
+            for (size_t i = tail; i-- > 0;)
+                status[lo + count + i] = status[hi + i];
+        else
+            for (size_t i = 0; i < tail; i++)
+                status[lo + count + i] = status[hi + i];
+        w->status_count = lo + count + tail;
+    }
+    for (size_t i = 0; i < count; i++) {
+        struct sweep_edge *e = &w->work[starters[i]];
+        status[lo + i] = starters[i];
+        e->lid = id;
+        e->hint = (uint32_t)(lo + i);
+        if (e->rid != PLANAR_NONE)
+            w->incoming[e->rid] = starters[i];
+    }
+    memory_free(w->context, large);
+
+    /* New neighbours. */
+    if (lo > 0 && lo < w->status_count)
+        check_pair(w, lo - 1, p, 0);
+    if (count > 0 && lo + count < w->status_count && !w->trouble)
+        check_pair(w, lo + count - 1, p, 0);
+}
+
+static void sweep_once(struct planar_workspace *w, const struct planar_point *points,
+                       size_t point_count, const struct planar_segment *segments,
+                       size_t segment_count, struct planar_result *result)
+{
+    w->trouble = w->unclosed = false;
+    w->work_count = w->edges_count = w->triangles_count = w->trapezoids_count = 0;
+    w->status_count = w->heap_count = w->nodes_count = w->diagonals_count = 0;
+    w->first_count = w->incoming_count = 0;
+    w->free_node = PLANAR_NONE;
+    if (!sort_points(w, points, point_count))
+        return;
+    size_t n = w->points_count;
+    if (!ROOM(w, first, n) || !ROOM(w, incoming, n) ||
+        !ROOM(w, work, segment_count + segment_count / 4 + 16) ||
+        !ROOM(w, edges, segment_count + 16))
+        return;
+    for (size_t i = 0; i < n; i++)
+        w->first[i] = w->incoming[i] = PLANAR_NONE;
+    for (size_t i = 0; i < segment_count; i++) {
+        uint32_t a = w->rank[segments[i].a], b = w->rank[segments[i].b];
+        if (a == b)
+            continue;
+        /* A segment to the right has its right side below. */
+        uint32_t l = a < b ? a : b, r = a < b ? b : a;
+        w->work[w->work_count] =
+            (struct sweep_edge){.l = w->points[l],
+                                .r = w->points[r],
+                                .rid = r,
+                                .delta = a < b ? -segments[i].weight : segments[i].weight,
+                                .next = w->first[l],
+                                .hint = PLANAR_NONE};
+        w->first[l] = (uint32_t)w->work_count++;
+    }
+    result->input_point_count = n;
+    for (size_t i = 0; !w->no_memory && !w->trouble && !w->unclosed;) {
+        if (w->heap_count == 0 || (i < n && planar_before(w->points[i], w->heap[0].p))) {
+            if (i == n)
+                break;
+            meet(w, w->points[i], (uint32_t)i, w->first[i], w->incoming[i]);
+            i++;
+            continue;
+        }
+        /* A crossing, maybe several at one point, maybe at a point of the input. */
+        struct crossing c = heap_pop(w);
+        uint32_t id = PLANAR_NONE, list = c.first;
+        if (i < n && planar_same(w->points[i], c.p)) {
+            id = (uint32_t)i;
+            for (uint32_t e = w->first[i], next; e != PLANAR_NONE; e = next) {
+                next = w->work[e].next;
+                w->work[e].next = list;
+                list = e;
+            }
+            i++;
+        }
+        while (w->heap_count > 0 && planar_same(w->heap[0].p, c.p)) {
+            struct crossing more = heap_pop(w);
+            for (uint32_t e = more.first, next; e != PLANAR_NONE; e = next) {
+                next = w->work[e].next;
+                w->work[e].next = list;
+                list = e;
+            }
+        }
+        meet(w, c.p, id, list, c.ends);
+    }
+    w->trouble |= w->status_count > 0 && !w->no_memory && !w->unclosed;
+    for (size_t i = 0; i < w->trapezoids_count; i++) {
+        w->trapezoids[i].lower = w->work[w->trapezoids[i].lower].next;
+        w->trapezoids[i].upper = w->work[w->trapezoids[i].upper].next;
+    }
+}
+
+pnb_status planar_sweep(struct planar_workspace *w, const struct planar_point *points,
+                        size_t point_count, const struct planar_segment *segments,
+                        size_t segment_count, const struct planar_options *options,
+                        struct planar_result *out_result)
+{
+    static const struct planar_options none;
+    options = options ? options : &none;
+    *out_result = (struct planar_result){0};
+    for (size_t i = 0; i < point_count; i++)
+        if (points[i].x > PLANAR_LIMIT || points[i].x < -PLANAR_LIMIT ||
+            points[i].y > PLANAR_LIMIT || points[i].y < -PLANAR_LIMIT)
+            return status_fail(w->context, PNB_ERROR_ARGUMENT, "planar sweep",
+                               "point %zu at (%d, %d) lies outside the grid of +-%d", i,
+                               points[i].x, points[i].y, PLANAR_LIMIT);
+    for (size_t i = 0; i < segment_count; i++)
+        if (segments[i].a >= point_count || segments[i].b >= point_count)
+            return status_fail(
+                w->context, PNB_ERROR_ARGUMENT, "planar sweep", "segment %zu names point %u of %zu",
+                i, segments[i].a >= point_count ? segments[i].a : segments[i].b, point_count);
+    w->no_memory = false;
+    w->base = options->base;
+    w->triangulate = options->triangulate;
+    w->trapezoid = options->trapezoids;
+    bool usual = options->min_level == 0 && options->max_level == 0 && options->base == 0;
+    w->min_level = usual ? 1 : options->min_level;
+    w->max_level = usual ? INT32_MAX : options->max_level;
+    if (w->min_level <= w->base)
+        w->min_level = w->base + 1;
+
+    sweep_once(w, points, point_count, segments, segment_count, out_result);
+    struct planar_input given = {(struct planar_point *)points,     point_count,   0,
+                                 (struct planar_segment *)segments, segment_count, 0};
+    struct planar_input snapped = {0}, next = {0};
+    pnb_status status = PNB_OK;
+    for (int attempt = 0; w->trouble && !w->no_memory && attempt < 4 && !status; attempt++) {
+        out_result->snapped = true;
+        status = planar_snap(w->context, attempt == 0 ? &given : &snapped, &next);
+        if (status)
+            break;
+        struct planar_input old = snapped;
+        snapped = next;
+        next = old;
+        planar_input_finish(w->context, &next);
+        sweep_once(w, snapped.points, snapped.point_count, snapped.segments, snapped.segment_count,
+                   out_result);
+    }
+    planar_input_finish(w->context, &snapped);
+    if (status)
+        return status;
+    if (w->no_memory)
+        return status_no_memory(w->context, 0);
+    if (w->unclosed)
+        return status_fail(w->context, PNB_ERROR_ARGUMENT, "planar sweep",
+                           "the segments do not close at (%d, %d)", w->unclosed_at.x,
+                           w->unclosed_at.y);
+    if (w->trouble)
+        return status_fail(w->context, PNB_ERROR_ARGUMENT, "planar sweep",
+                           "rounding to the grid could not be made consistent");
+    out_result->points = w->points;
+    out_result->point_count = w->points_count;
+    out_result->crossing_count = w->points_count - out_result->input_point_count;
+    out_result->edges = w->edges;
+    out_result->edge_count = w->edges_count;
+    out_result->triangles = w->triangles;
+    out_result->triangle_count = w->triangles_count;
+    out_result->trapezoids = w->trapezoids;
+    out_result->trapezoid_count = w->trapezoids_count;
+    return PNB_OK;
+}
