@@ -15,6 +15,3 @@ WEAK pnb_status pnb_scene_write_glb(pnb_scene *s, const char *p) { FAIL(s->conte
 WEAK size_t pnb_builtin_count(void) { return 0; }
 WEAK void pnb_builtin(size_t i, pnb_builtin_info *o) {}
 WEAK pnb_status scene_builtin(pnb_context *c, const char *n, pnb_scene **s) { FAIL(c); }
-WEAK pnb_status scene_import(pnb_context *c, const char *p, pnb_scene **s) { FAIL(c); }
-WEAK pnb_status scene_import_mesh(pnb_scene *s, const char *p, size_t *m) { FAIL(s->context); }
-WEAK pnb_status scene_supply(pnb_scene *s, bool b) { FAIL(s->context); }
