@@ -12,6 +12,3 @@
 
 WEAK pnb_status pnb_scene_write_json(pnb_scene *s, const char *p) { FAIL(s->context); }
 WEAK pnb_status pnb_scene_write_glb(pnb_scene *s, const char *p) { FAIL(s->context); }
-WEAK size_t pnb_builtin_count(void) { return 0; }
-WEAK void pnb_builtin(size_t i, pnb_builtin_info *o) {}
-WEAK pnb_status scene_builtin(pnb_context *c, const char *n, pnb_scene **s) { FAIL(c); }

@@ -92,6 +92,15 @@ static const char *type_name(const json_t *value)
     return "something else";
 }
 
+static bool key_known(const char *known, const char *key)
+{
+    size_t length = strlen(key);
+    for (const char *word = known + 1; *word; word = strchr(word, ' ') + 1)
+        if (strncmp(word, key, length) == 0 && word[length] == ' ' && !strchr(key, ' '))
+            return true;
+    return false;
+}
+
 /* known: key names separated by blanks, with a blank at both ends. */
 static pnb_status check_object(struct reader *r, const struct place *place, const json_t *value,
                                const char *known)
@@ -102,18 +111,12 @@ static pnb_status check_object(struct reader *r, const struct place *place, cons
     json_t *member;
     json_object_foreach((json_t *)value, key, member)
     {
-        size_t length = strlen(key);
-        const char *found = known;
-        while (length > 0 && (found = strstr(found, key)) &&
-               !(found[-1] == ' ' && found[length] == ' '))
-            found++;
-        if (length == 0 || !found) {
-            struct place here = {place, key, 0};
-            if (length == 0)
-                return fail_at(r, place, "a key without a name");
+        struct place here = {place, key, 0};
+        if (!*key)
+            return fail_at(r, place, "a key without a name");
+        if (!key_known(known, key))
             return fail_at(r, &here, "unknown key (known here:%.*s)", (int)strlen(known) - 1,
                            known);
-        }
     }
     return PNB_OK;
 }
@@ -501,7 +504,7 @@ static void subject_bounds(const pnb_scene *scene, vec3 *out_low, vec3 *out_high
     *out_high = high;
 }
 
-static pnb_status supply_camera(struct reader *r)
+static pnb_status supply_camera(struct reader *r, const struct place *top)
 {
     vec3 low, high;
     pnb_camera camera;
@@ -510,10 +513,11 @@ static pnb_status supply_camera(struct reader *r)
     vec3 margin = v3_scale(v3_sub(high, low), 0.25);
     scene_frame_camera(v3_sub(low, margin), v3_add(high, margin), v3(0.3, 0.55, 1), &camera);
     scene_note(r->scene, "camera: none in the file; one that frames the objects was supplied");
-    return pnb_scene_set_camera(r->scene, &camera);
+    pnb_status status = pnb_scene_set_camera(r->scene, &camera);
+    return status == PNB_OK ? PNB_OK : fail_inside(r, top, status);
 }
 
-static pnb_status supply_light(struct reader *r)
+static pnb_status supply_light(struct reader *r, const struct place *top)
 {
     vec3 low, high, u, v;
     subject_bounds(r->scene, &low, &high);
@@ -527,7 +531,8 @@ static pnb_status supply_light(struct reader *r)
     v3_store(light.shape.rectangle.half_v, v3_scale(v, 0.5 * radius));
     scene_note(r->scene,
                "lights: none in the file; a rectangle above and to the side was supplied");
-    return pnb_scene_add_light(r->scene, &light, NULL);
+    pnb_status status = pnb_scene_add_light(r->scene, &light, NULL);
+    return status == PNB_OK ? PNB_OK : fail_inside(r, top, status);
 }
 
 static pnb_status read_scene(struct reader *r, const json_t *root)
@@ -568,10 +573,10 @@ static pnb_status read_scene(struct reader *r, const json_t *root)
         for (size_t i = 0; i < json_array_size(value); i++)
             TRY(read_light(r, &(struct place){&lights, NULL, i}, json_array_get(value, i), NULL));
     } else {
-        TRY(supply_light(r));
+        TRY(supply_light(r, &top));
     }
     if (!json_object_get(root, "camera"))
-        TRY(supply_camera(r));
+        TRY(supply_camera(r, &top));
     return PNB_OK;
 }
 
