@@ -154,12 +154,13 @@ void trace_rays_init(struct trace_rays *rays)
     }
 }
 
-void trace_occluded(const struct trace *trace, const int32_t valid[TRACE_WIDTH],
+void trace_occluded(const struct trace *trace, const int32_t valid[TRACE_WIDTH], bool coherent,
                     struct trace_rays *rays)
 {
     struct RTCIntersectContext context;
     rtcInitIntersectContext(&context);
-    context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
+    context.flags =
+        coherent ? RTC_INTERSECT_CONTEXT_FLAG_COHERENT : RTC_INTERSECT_CONTEXT_FLAG_INCOHERENT;
     rtcOccluded16(valid, trace->scene, &context, (struct RTCRay16 *)rays);
 }
 

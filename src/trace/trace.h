@@ -25,8 +25,8 @@ struct trace_rays {
 void trace_rays_init(struct trace_rays *rays);
 
 /* Sets tfar to minus infinity where anything lies between tnear and tfar; both faces block. Leaves
- * the rest of the rays as it was. Any thread. */
-void trace_occluded(const struct trace *trace, const int32_t valid[TRACE_WIDTH],
+ * the rest of the rays as it was. Any thread. coherent: a thin bundle; a matter of speed alone. */
+void trace_occluded(const struct trace *trace, const int32_t valid[TRACE_WIDTH], bool coherent,
                     struct trace_rays *rays);
 
 /* The first hit of each valid ray: object TRACE_NONE where there is none. */

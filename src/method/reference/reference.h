@@ -10,8 +10,8 @@ struct reference {
     struct trace *trace;
     uint32_t samples;
     size_t blocks;
-    float *uv;      /* blocks x samples x {u, v} x 16 lanes */
-    float *targets; /* blocks x samples x {x, y, z} x 16 lanes: the places on the light */
+    float *uv;      /* blocks x 16 sets x {u, v} x samples */
+    float *targets; /* blocks x 16 sets x {x, y, z} x samples: the places on the light */
     bool filled, filled_line;
 };
 
@@ -29,19 +29,27 @@ struct reference_frame {
     size_t tiles_x;
     uint32_t samples;
     double lift;
+    vec3 middle;        /* of the light */
+    double packet_area; /* of the light's part that a packet aims at; the sun: solid angle */
     float tfar;
     bool sun;
     struct reference_count *rays;
 };
 
+struct reference_receiver {
+    float origin[3], normal[3]; /* lifted */
+    float height;
+    uint32_t seen;
+    bool whole;    /* faces the whole light */
+    bool coherent; /* its packets are thin bundles */
+    size_t index;
+    const float *targets; /* its sample set */
+};
+
+#define REFERENCE_TILE 16
 struct reference_tile {
-    float origin[3][TRACE_WIDTH]; /* lifted receivers */
-    float plane[4][TRACE_WIDTH];  /* normal; what to add to its product with a direction */
-    int32_t valid[TRACE_WIDTH];   /* -1: faces some of the light */
-    uint32_t seen[TRACE_WIDTH];
-    size_t index[TRACE_WIDTH]; /* of the receiver; SIZE_MAX: none */
-    size_t block;
-    bool all; /* every valid receiver faces the whole light */
+    int count;
+    struct reference_receiver receivers[REFERENCE_TILE];
 };
 
 #endif
