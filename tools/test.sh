@@ -44,7 +44,7 @@ awk -v status="$status" -v strict="$strict" -v flags=" $flags " '
         passed += ok; failed += bad + lost; skipped += skip
         program = ""
     }
-    /^test: /   { finish(); program = $2; result = ""; planned = ok = bad = skip = 0; next }
+    /^test: /   { finish(); sub(/^test: */, ""); program = $0; result = ""; planned = ok = bad = skip = 0; next }
     /^result: / { sub(/^result: */, ""); result = $0; next }
     program == "" { next }
     /^1\.\.[0-9]+$/ { planned += substr($0, 4); next }
