@@ -51,10 +51,24 @@ typedef struct pnb_object {
     bool plane; /* given as a plane in the scene file: two triangles */
 } pnb_object;
 
-/* From a file or a name: a scene file (.json), a file that the importer reads (.glb .gltf .obj .ply
- * .stl ...), or "builtin:NAME". What an imported file lacks is supplied; pnb_scene_note() says
- * what. Meshes are imported in a child process (the program penumbra-import) under limits of memory
- * and time, so that a broken file can end the import only. */
+/* From a file or a name: a scene file (.json), a file that the importer reads, or "builtin:NAME".
+ *
+ * The importer reads .glb .gltf .obj .ply .stl .off .dae .fbx .3ds .x3d .blend .lwo .ac .ms3d .x,
+ * in a child process (the program penumbra-import) under limits of memory and time, so that a
+ * broken file can end the import only; it is looked for where the environment's PNB_IMPORTER says,
+ * beside the library and the program, and in libexec. What it takes over: meshes      triangles
+ * (polygons are cut), vertex normals; vertices that agree in position and normal become one.
+ * Points, lines, skins, animations are left out. objects     one per node and mesh, placed by the
+ * nodes' transforms; instances share their mesh materials   the base colour (textures are left out)
+ *   camera      the first perspective camera
+ *   lights      EXT_lights_area: rectangles and disks; KHR_lights_punctual: points, spots as
+ *               points, directional lights as suns of 0.53 degrees; flat connected parts of objects
+ *               with an emissive material (KHR_materials_emissive_strength counts), as rectangles
+ * or polygons that shine along the front of their triangles: such an object stays visible but casts
+ * no shadow. Colours are colour x intensity, without photometric factors. What the file lacks is
+ * supplied: a camera that frames it, a rectangular light, a ground plane under it (unless there is
+ * a floor, or both camera and lights). pnb_scene_note() says what was supplied, changed or left
+ * out. */
 PNB_API pnb_status pnb_scene_load(pnb_context *context, const char *path, pnb_scene **out_scene);
 
 /* A scene file's text; meshes are looked for relative to folder (NULL: the current one). */

@@ -63,10 +63,17 @@ static bool normalize(double *v)
     return true;
 }
 
+/* The file's own name in place of none, and of those that assimp makes up. */
+static const char *given_name(const struct conversion *conversion, const char *name)
+{
+    bool made_up = name[0] == 0 || name[0] == '<' || strcmp(name, "defaultobject") == 0;
+    return made_up ? conversion->file_name : name;
+}
+
 /* Returns false if the mesh has no triangles. */
 static bool write_mesh(struct conversion *conversion, const struct aiMesh *mesh)
 {
-    const char *name = mesh->mName.data;
+    const char *name = given_name(conversion, mesh->mName.data);
     size_t vertex_count = mesh->mNumVertices, triangle_count = 0;
     for (size_t i = 0; i < mesh->mNumFaces; i++) {
         const struct aiFace *face = &mesh->mFaces[i];
@@ -168,9 +175,7 @@ static void write_objects(struct conversion *conversion, const struct aiNode *no
         uint32_t mesh = conversion->mesh_in_stream[index];
         if (mesh == NO_MESH)
             continue;
-        const char *name = node->mName.data;
-        if (name[0] == 0 || name[0] == '<' || strcmp(name, "defaultobject") == 0)
-            name = conversion->file_name;
+        const char *name = given_name(conversion, node->mName.data);
         double numbers[IMPORT_OBJECT_NUMBERS];
         bool double_sided;
         memcpy(numbers, world_from_mesh, sizeof(world_from_mesh));

@@ -52,7 +52,7 @@ struct scene_import_data {
     size_t note_count, note_capacity;
 };
 
-/* Reads an answer; out_data refers to the bytes, which must lie aligned for double and outlive it.
+/* Reads an answer; out_data refers to the bytes, which must lie aligned for float and outlive it.
  * Checks sizes, counts, references and text; geometry is checked when it is added to a scene.
  * file: for the error text. On failure out_data is empty. */
 pnb_status scene_import_decode(pnb_context *context, const char *file, const unsigned char *bytes,
