@@ -9,13 +9,6 @@
 #include <string.h>
 #include <unistd.h>
 
-/* Stands in until compare.c is there. */
-__attribute__((weak)) int command_compare(int argc, char **argv)
-{
-    (void)argc, (void)argv;
-    return cli_error("compare", "not built yet");
-}
-
 struct entry {
     const char *name, *operands, *summary;
     int (*run)(int argc, char **argv);

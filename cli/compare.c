@@ -1,0 +1,756 @@
+/* cli/compare.c: 'penumbra compare': several methods, and files of other programs, against the
+ * truth; a page for people and a report for programs.
+ *
+ *   per scene: surface -> truth (many rays) -> each method: visibility, figures, picture, error
+ *   -> error maps at one common scale -> section of the page, object of the report
+ *   at the end: both files, under temporary names, then renamed together
+ *
+ * Pictures differ only by the light that is compared: the other lights of a scene are shaded with
+ * their true visibility in all of them. The truth's light samples are another set than those of
+ * the method `reference`, so that its error is not flattered. */
+#define _GNU_SOURCE
+#include "compare.h"
+
+#include "commands.h"
+
+#include <errno.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <time.h>
+#include <unistd.h>
+
+#define REPEAT_MS          400.0
+#define REPEAT_MAX         9
+#define TRUTH_SAMPLES      4096
+#define TRUTH_SAMPLES_MAX  (1L << 20)
+#define OTHER_SAMPLES_MAX  1024 /* of the lights that are not compared */
+#define NO_SURFACE_DISPLAY 0.08f
+
+static const char help_text[] =
+    "Writes DIR/index.html (pictures, error maps, table, plot; one file, no network) and\n"
+    "DIR/report.json. The truth is ray-traced with --truth-samples samples per pixel. Without\n"
+    "--methods: every method that can do the light, reference at 16, 64, 256 and 1024 samples.\n"
+    "Each method takes those of the -p parameters that it knows, and -n where NAME:SAMPLES says\n"
+    "nothing else.\n\n"
+    "--image FILE: one channel is a visibility (in EXR: the channel visibility); three channels\n"
+    "are a picture, judged by its luminance against the true picture (PNG is taken as sRGB). The\n"
+    "size must be that of -s, the camera that of the scene; pixels that are NaN do not count.\n\n"
+    "examples\n"
+    "  penumbra compare builtin:fence -o report\n"
+    "  penumbra compare cow.obj builtin:knot --methods pcss,wedge-blend -s 640x480 -o report\n"
+    "  penumbra compare cow.obj --methods reference:16,reference:64 --truth-samples 16384 -o r\n"
+    "  penumbra compare scene.json --image cycles.exr --image other-visibility.pfm -o report\n";
+
+static const char *truth_samples_text;
+
+static const struct cli_extra extras[] = {
+    {"truth-samples", "N", "light samples of the truth (default 4096)", &truth_samples_text},
+};
+
+static const struct cli_command command = {
+    .name = "compare",
+    .operands = "SCENE...",
+    .summary = "Methods against the truth: pictures, error maps, figures, times",
+    .options = CLI_METHOD | CLI_METHODS | CLI_OUTPUT | CLI_SIZE | CLI_LIGHT | CLI_LIGHT_INDEX |
+               CLI_SAMPLES | CLI_PARAM | CLI_IMAGE | CLI_THREADS | CLI_JSON | CLI_QUIET,
+    .extras = extras,
+    .extra_count = sizeof(extras) / sizeof(extras[0]),
+    .least_operands = 1,
+    .most_operands = 1000,
+    .output_help = "the folder of the page and the report; made if missing",
+    .text = help_text,
+};
+
+/* One scene at work: what is needed only until its section is written. */
+struct bench {
+    struct cli_session *session;
+    const struct cli_options *options;
+    const pnb_image *images; /* one per options->images */
+    struct compare_scene *result;
+    pnb_scene *scene;
+    pnb_surface *surface;
+    pnb_receivers receivers;
+    pnb_light light;
+    size_t pixels;
+    uint8_t *mask;
+    float **visibilities; /* per light: the truth */
+    float *truth;         /* of these the compared one's */
+    float *truth_rgb;
+    float *rgb, *visibility; /* the entry at hand */
+};
+
+static bool add_text(char ***texts, size_t *count, const char *text)
+{
+    char **grown = realloc(*texts, (*count + 1) * sizeof(*grown));
+    if (!grown)
+        return false;
+    *texts = grown;
+    grown[*count] = strdup(text);
+    if (!grown[*count])
+        return false;
+    (*count)++;
+    return true;
+}
+
+static void free_texts(char **texts, size_t count)
+{
+    for (size_t i = 0; i < count; i++)
+        free(texts[i]);
+    free(texts);
+}
+
+static int no_memory(void)
+{
+    return cli_error("memory", "none left");
+}
+
+static int by_value(const void *a, const void *b)
+{
+    double x = *(const double *)a, y = *(const double *)b;
+    return (x > y) - (x < y);
+}
+
+/* ---- pictures ---- */
+
+static int encode_picture(struct bench *bench, const float *rgb, struct compare_png *png)
+{
+    pnb_image image = {bench->result->width, bench->result->height, 3, (float *)rgb};
+    if (pnb_image_encode_png(bench->session->context, &image, true, &png->bytes, &png->size) !=
+        PNB_OK)
+        return cli_session_fail(bench->session);
+    return CLI_GO_ON;
+}
+
+/* Grey as light would look; a dull blue where there is no figure, so that it is not taken for
+ * umbra. */
+static int encode_visibility(struct bench *bench, const float *visibility, struct compare_png *png)
+{
+    pnb_image image;
+    if (pnb_image_create(bench->session->context, bench->result->width, bench->result->height, 3,
+                         &image) != PNB_OK)
+        return cli_session_fail(bench->session);
+    for (size_t i = 0; i < bench->pixels; i++) {
+        bool none = isnan(visibility[i]);
+        for (int k = 0; k < 3; k++)
+            image.data[3 * i + (size_t)k] =
+                none ? NO_SURFACE_DISPLAY * (0.5f + 0.5f * (float)k) : visibility[i];
+    }
+    pnb_status status =
+        pnb_image_encode_png(bench->session->context, &image, true, &png->bytes, &png->size);
+    pnb_image_finish(bench->session->context, &image);
+    return status == PNB_OK ? CLI_GO_ON : cli_session_fail(bench->session);
+}
+
+/* The picture with this visibility of the compared light, into bench->rgb. */
+static int shade(struct bench *bench, const float *visibility)
+{
+    size_t index = bench->result->light_index;
+    float *kept = bench->visibilities[index];
+    bench->visibilities[index] = (float *)visibility;
+    pnb_status status =
+        pnb_surface_shade(bench->surface, (const float *const *)bench->visibilities, bench->rgb);
+    bench->visibilities[index] = kept;
+    return status == PNB_OK ? CLI_GO_ON : cli_session_fail(bench->session);
+}
+
+/* ---- solving ---- */
+
+/* The parameters among -p that the method has. */
+static size_t params_of(const struct cli_options *options, const pnb_method_info *method,
+                        pnb_solver_param *params)
+{
+    size_t count = 0;
+    for (size_t p = 0; p < options->param_count; p++)
+        for (size_t i = 0; i < method->param_count; i++)
+            if (strcmp(options->params[p].key, method->params[i].key) == 0)
+                params[count++] = options->params[p];
+    return count;
+}
+
+static int solve_truth(struct bench *bench, int samples)
+{
+    struct cli_session *session = bench->session;
+    struct compare_scene *result = bench->result;
+    /* Another scramble than the method's default. */
+    const pnb_method_info *reference = pnb_method_find("reference");
+    pnb_solver_param seed = {"seed", "9001"};
+    bool seeded = false;
+    for (size_t i = 0; reference && i < reference->param_count; i++)
+        seeded |= strcmp(reference->params[i].key, "seed") == 0;
+
+    for (size_t i = 0; i < result->light_count; i++) {
+        bool compared = i == result->light_index;
+        pnb_solver_desc desc = {
+            .method = "reference",
+            .samples = compared || samples < OTHER_SAMPLES_MAX ? samples : OTHER_SAMPLES_MAX,
+            .params = &seed,
+            .param_count = seeded};
+        pnb_solver *solver = NULL;
+        pnb_light light;
+        pnb_scene_light(bench->scene, i, &light);
+        bench->visibilities[i] = malloc(bench->pixels * sizeof(float));
+        if (!bench->visibilities[i])
+            return no_memory();
+        pnb_status status = pnb_solver_create(session->context, bench->scene, &desc, &solver);
+        if (status == PNB_OK)
+            status =
+                pnb_solver_visibility(solver, &light, &bench->receivers, bench->visibilities[i]);
+        if (status == PNB_OK && compared) {
+            pnb_solver_report report;
+            pnb_solver_get_report(solver, &report);
+            result->truth_ms = report.visibility_ms;
+            result->truth_samples = samples;
+        }
+        pnb_solver_destroy(solver);
+        if (status != PNB_OK)
+            return cli_session_fail(session);
+    }
+    bench->truth = bench->visibilities[result->light_index];
+
+    pnb_measure_facing(&bench->light, &bench->receivers, bench->mask);
+    for (size_t i = 0; i < bench->pixels; i++) {
+        float t = bench->truth[i];
+        result->surface_pixels += !isnan(bench->receivers.positions[3 * i]);
+        if (!bench->mask[i] || isnan(t))
+            continue;
+        result->facing_pixels++;
+        result->umbra_pixels += t == 0;
+        result->lit_pixels += t == 1;
+        result->penumbra_pixels += t > 0 && t < 1;
+    }
+    int done = shade(bench, bench->truth);
+    if (done == CLI_GO_ON) {
+        memcpy(bench->truth_rgb, bench->rgb, bench->pixels * 3 * sizeof(float));
+        done = encode_picture(bench, bench->rgb, &result->truth_picture);
+    }
+    return done == CLI_GO_ON ? encode_visibility(bench, bench->truth, &result->truth_visibility)
+                             : done;
+}
+
+/* Figures and error per pixel of a visibility. */
+static int judge(struct bench *bench, struct compare_entry *entry, const float *visibility)
+{
+    entry->error = malloc(bench->pixels * sizeof(float));
+    if (!entry->error)
+        return no_memory();
+    if (pnb_measure(bench->session->context, visibility, bench->truth, bench->mask, bench->pixels,
+                    &entry->errors) != PNB_OK)
+        return cli_session_fail(bench->session);
+    for (size_t i = 0; i < bench->pixels; i++)
+        entry->error[i] = bench->mask[i] ? visibility[i] - bench->truth[i] : NAN;
+    if (entry->errors.pixels == 0)
+        add_text(&entry->warnings, &entry->warning_count,
+                 "not one pixel could be compared: all are NaN or turned away from the light");
+    return CLI_GO_ON;
+}
+
+static void keep_report(struct compare_entry *entry, const pnb_solver_report *report)
+{
+    char processor[256];
+    entry->prepare_ms = report->prepare_ms;
+    snprintf(entry->device, sizeof(entry->device), "%s",
+             cli_device(report, processor, sizeof(processor)));
+    for (size_t i = 0; i < report->warning_count; i++)
+        add_text(&entry->warnings, &entry->warning_count, report->warnings[i]);
+    size_t used = 0;
+    for (size_t i = 0; i < report->counter_count && used + 1 < sizeof(entry->counters); i++) {
+        int n = snprintf(entry->counters + used, sizeof(entry->counters) - used, "%s%s %.10g",
+                         i ? ", " : "", report->counters[i].name, report->counters[i].value);
+        used = used + (size_t)n < sizeof(entry->counters) ? used + (size_t)n
+                                                          : sizeof(entry->counters) - 1;
+    }
+}
+
+static int run_method(struct bench *bench, struct compare_entry *entry)
+{
+    struct cli_session *session = bench->session;
+    const struct cli_options *options = bench->options;
+    pnb_solver_param *params = calloc(options->param_count + 1, sizeof(*params));
+    if (!params)
+        return no_memory();
+    pnb_solver_desc desc = {.method = entry->name,
+                            .samples = entry->samples,
+                            .params = params,
+                            .param_count = params_of(options, entry->method, params)};
+    pnb_solver *solver = NULL;
+    pnb_solver_report report;
+    double times[REPEAT_MAX], total = 0;
+    int count = 0;
+    pnb_status status = pnb_solver_create(session->context, bench->scene, &desc, &solver);
+    while (status == PNB_OK && count < REPEAT_MAX && total < REPEAT_MS) {
+        status = pnb_solver_visibility(solver, &bench->light, &bench->receivers, bench->visibility);
+        pnb_solver_get_report(solver, &report);
+        times[count++] = report.visibility_ms;
+        total += report.visibility_ms;
+    }
+    if (status == PNB_OK) {
+        qsort(times, (size_t)count, sizeof(times[0]), by_value);
+        entry->milliseconds = times[count / 2];
+        keep_report(entry, &report);
+    }
+    pnb_solver_destroy(solver);
+    free(params);
+    if (status != PNB_OK)
+        return cli_session_fail(session);
+    int result = judge(bench, entry, bench->visibility);
+    if (result == CLI_GO_ON)
+        result = encode_visibility(bench, bench->visibility, &entry->visibility);
+    if (result == CLI_GO_ON)
+        result = shade(bench, bench->visibility);
+    return result == CLI_GO_ON ? encode_picture(bench, bench->rgb, &entry->picture) : result;
+}
+
+static double luminance(const float *rgb)
+{
+    return 0.2126 * rgb[0] + 0.7152 * rgb[1] + 0.0722 * rgb[2];
+}
+
+/* A picture has no visibility: its error in luminance is added to the true visibility, and that is
+ * measured. So umbra, lit and penumbra are those of the truth, and 1/255 is a step of luminance. */
+static int judge_picture(struct bench *bench, struct compare_entry *entry, const pnb_image *image)
+{
+    double ours = 0, both = 0;
+    for (size_t i = 0; i < bench->pixels; i++) {
+        double y = luminance(image->data + 3 * i), t = luminance(bench->truth_rgb + 3 * i);
+        bench->visibility[i] = (float)(bench->truth[i] + (y - t));
+        if (bench->mask[i] && isfinite(y)) {
+            ours += t * t;
+            both += t * y;
+        }
+    }
+    double gain = ours > 0 ? both / ours : 1;
+    if (fabs(gain - 1) > 0.02) {
+        char text[200];
+        snprintf(text, sizeof(text),
+                 "the picture is %.3g times as bright as the truth on the whole; the figures "
+                 "contain that",
+                 gain);
+        add_text(&entry->warnings, &entry->warning_count, text);
+    }
+    int result = judge(bench, entry, bench->visibility);
+    return result == CLI_GO_ON ? encode_picture(bench, image->data, &entry->picture) : result;
+}
+
+static int run_image(struct bench *bench, struct compare_entry *entry, const pnb_image *image)
+{
+    entry->milliseconds = entry->prepare_ms = NAN;
+    entry->picture_only = image->channels == 3;
+    if (entry->picture_only)
+        return judge_picture(bench, entry, image);
+    int result = judge(bench, entry, image->data);
+    if (result == CLI_GO_ON)
+        result = encode_visibility(bench, image->data, &entry->visibility);
+    if (result == CLI_GO_ON)
+        result = shade(bench, image->data);
+    return result == CLI_GO_ON ? encode_picture(bench, bench->rgb, &entry->picture) : result;
+}
+
+/* ---- what is compared ---- */
+
+static void add_entry(struct compare_scene *scene, const pnb_method_info *method, int samples,
+                      const struct cli_options *options)
+{
+    struct compare_entry *entry = &scene->entries[scene->entry_count++];
+    entry->method = method;
+    entry->name = method->name;
+    if (method->samples)
+        entry->samples = samples            ? samples
+                         : options->samples ? options->samples
+                                            : method->default_samples;
+    if (samples)
+        snprintf(entry->label, sizeof(entry->label), "%s:%d", method->name, samples);
+    else
+        snprintf(entry->label, sizeof(entry->label), "%s", method->name);
+}
+
+static int choose_entries(struct bench *bench)
+{
+    static const int series[] = {16, 64, 256, 1024};
+    struct compare_scene *result = bench->result;
+    const struct cli_options *options = bench->options;
+    /* No choice is all methods and a series of the reference, instead of its one default. */
+    bool free_choice = options->method_count == 0 && options->image_count == 0;
+    bool all = free_choice || options->all_methods;
+    size_t methods = free_choice ? pnb_method_count() : options->method_count;
+    result->entries = calloc(methods + 4 + options->image_count, sizeof(*result->entries));
+    if (!result->entries)
+        return no_memory();
+    for (size_t i = 0; i < methods; i++) {
+        const pnb_method_info *method =
+            free_choice ? pnb_method(i) : pnb_method_find(options->methods[i]);
+        if (all && !(method->lights & PNB_LIGHT_BIT(bench->light.type))) {
+            char note[256];
+            snprintf(note, sizeof(note), "%s is left out: it cannot do a light of the type %s",
+                     method->name, result->light_type);
+            add_text(&result->notes, &result->note_count, note);
+        } else if (free_choice && strcmp(method->name, "reference") == 0 && !options->samples) {
+            for (int k = 0; k < 4; k++)
+                add_entry(result, method, series[k], options);
+        } else {
+            add_entry(result, method, free_choice ? 0 : options->method_samples[i], options);
+        }
+    }
+    for (size_t i = 0; i < options->image_count; i++) {
+        struct compare_entry *entry = &result->entries[result->entry_count++];
+        const char *slash = strrchr(options->images[i], '/');
+        entry->name = options->images[i];
+        snprintf(entry->label, sizeof(entry->label), "%.120s", slash ? slash + 1 : entry->name);
+        for (size_t k = 0; k + 1 < result->entry_count; k++)
+            if (strcmp(result->entries[k].label, entry->label) == 0)
+                snprintf(entry->label, sizeof(entry->label), "%.100s (%zu)",
+                         slash ? slash + 1 : entry->name, i + 1);
+    }
+    return CLI_GO_ON;
+}
+
+/* The least round number that 99 % of every entry's penumbra stays within, so that colours can be
+ * compared across maps; at most a half, lest one bad method hides all others. */
+static double common_scale(const struct compare_scene *scene)
+{
+    static const double round[] = {0.005, 0.01, 0.02, 0.05, 0.1, 0.2, 0.5};
+    const size_t count = sizeof(round) / sizeof(round[0]);
+    double largest = 0;
+    for (size_t i = 0; i < scene->entry_count; i++)
+        largest = fmax(largest, scene->entries[i].errors.p99_error);
+    for (size_t k = 0; k < count; k++)
+        if (largest <= round[k])
+            return round[k];
+    return round[count - 1];
+}
+
+static int draw_error_maps(struct bench *bench)
+{
+    struct compare_scene *result = bench->result;
+    pnb_context *context = bench->session->context;
+    result->error_scale = common_scale(result);
+    for (size_t i = 0; i < result->entry_count; i++) {
+        struct compare_entry *entry = &result->entries[i];
+        pnb_image map;
+        pnb_status status = pnb_image_error_map(context, entry->error, result->width,
+                                                result->height, result->error_scale, false, &map);
+        if (status == PNB_OK)
+            status = pnb_image_encode_png(context, &map, true, &entry->error_map.bytes,
+                                          &entry->error_map.size);
+        pnb_image_finish(context, &map);
+        if (status != PNB_OK)
+            return cli_session_fail(bench->session);
+    }
+    return CLI_GO_ON;
+}
+
+static int run_scene(struct bench *bench, int truth_samples)
+{
+    const struct cli_options *options = bench->options;
+    struct compare_scene *result = bench->result;
+    struct cli_session *session = bench->session;
+    int done = cli_scene_load(session, result->path, &bench->scene);
+    if (done != CLI_GO_ON)
+        return done;
+    result->width = options->width, result->height = options->height;
+    result->light_index = options->light_index;
+    result->light_count = pnb_scene_light_count(bench->scene);
+    result->triangle_count = pnb_scene_triangle_count(bench->scene);
+    bench->pixels = (size_t)result->width * (size_t)result->height;
+    if (result->light_count == 0)
+        return cli_error(result->path, "has no light, so there is nothing to compare");
+    pnb_scene_light(bench->scene, result->light_index, &bench->light);
+    result->light_type = pnb_light_type_name(bench->light.type);
+    done = choose_entries(bench);
+    if (done != CLI_GO_ON)
+        return done;
+
+    if (pnb_surface_create(session->context, bench->scene, NULL, result->width, result->height,
+                           &bench->surface) != PNB_OK)
+        return cli_session_fail(session);
+    pnb_surface_receivers(bench->surface, &bench->receivers);
+    pnb_surface_view view;
+    pnb_surface_get(bench->surface, &view);
+    result->primary_ms = view.primary_ms;
+    bench->mask = malloc(bench->pixels);
+    bench->visibilities = calloc(result->light_count, sizeof(*bench->visibilities));
+    bench->visibility = malloc(bench->pixels * sizeof(float));
+    bench->rgb = malloc(bench->pixels * 3 * sizeof(float));
+    bench->truth_rgb = malloc(bench->pixels * 3 * sizeof(float));
+    if (!bench->mask || !bench->visibilities || !bench->visibility || !bench->rgb ||
+        !bench->truth_rgb)
+        return no_memory();
+
+    done = solve_truth(bench, truth_samples);
+    size_t image = 0;
+    for (size_t i = 0; i < result->entry_count && done == CLI_GO_ON; i++) {
+        struct compare_entry *entry = &result->entries[i];
+        done = entry->method ? run_method(bench, entry)
+                             : run_image(bench, entry, &bench->images[image++]);
+        if (done == CLI_GO_ON && cli_session_stopped())
+            done = cli_error("compare", "cancelled");
+    }
+    return done == CLI_GO_ON ? draw_error_maps(bench) : done;
+}
+
+static void finish_bench(struct bench *bench)
+{
+    for (size_t i = 0; bench->visibilities && i < bench->result->light_count; i++)
+        free(bench->visibilities[i]);
+    free(bench->visibilities);
+    free(bench->visibility);
+    free(bench->rgb);
+    free(bench->truth_rgb);
+    free(bench->mask);
+    pnb_surface_destroy(bench->surface);
+    pnb_scene_destroy(bench->scene);
+}
+
+static void finish_scene(pnb_context *context, struct compare_scene *scene)
+{
+    for (size_t i = 0; i < scene->entry_count; i++) {
+        struct compare_entry *entry = &scene->entries[i];
+        free(entry->error);
+        pnb_bytes_free(context, entry->picture.bytes);
+        pnb_bytes_free(context, entry->visibility.bytes);
+        pnb_bytes_free(context, entry->error_map.bytes);
+        free_texts(entry->warnings, entry->warning_count);
+    }
+    free(scene->entries);
+    pnb_bytes_free(context, scene->truth_picture.bytes);
+    pnb_bytes_free(context, scene->truth_visibility.bytes);
+    free_texts(scene->notes, scene->note_count);
+}
+
+/* ---- input and output ---- */
+
+static int read_images(struct cli_session *session, pnb_image *images)
+{
+    const struct cli_options *options = session->options;
+    for (size_t i = 0; i < options->image_count; i++) {
+        const char *path = options->images[i];
+        if (pnb_image_read(session->context, path, &images[i]) != PNB_OK)
+            return cli_session_fail(session);
+        if (images[i].width != options->width || images[i].height != options->height)
+            return cli_error(path, "has %dx%d pixels, the comparison %dx%d; -s %dx%d would fit",
+                             images[i].width, images[i].height, options->width, options->height,
+                             images[i].width, images[i].height);
+    }
+    return CLI_GO_ON;
+}
+
+/* Before the work: can the folder be made, or be written into? */
+static int check_folder(const char *folder)
+{
+    struct stat info;
+    if (stat(folder, &info) == 0) {
+        if (!S_ISDIR(info.st_mode))
+            return cli_error(folder, "is a file, not a folder");
+        return access(folder, W_OK | X_OK) == 0 ? CLI_GO_ON
+                                                : cli_error(folder, "%s", strerror(errno));
+    }
+    char path[4096];
+    if (snprintf(path, sizeof(path), "%s", folder) >= (int)sizeof(path))
+        return cli_error(folder, "the path is too long");
+    for (size_t n = strlen(path); n > 1 && path[n - 1] == '/'; n--)
+        path[n - 1] = 0;
+    return cli_check_writable(path);
+}
+
+/* Both files or neither: each whole under a name of its own first. */
+static int write_both(struct cli_session *session, const char *folder, const char *page,
+                      size_t page_size, const char *report, size_t report_size)
+{
+    const struct {
+        const char *name, *bytes;
+        size_t size;
+    } files[2] = {{"report.json", report, report_size}, {"index.html", page, page_size}};
+    char temporary[2][4200], target[2][4200];
+    int written = 0, result = CLI_GO_ON;
+    for (int i = 0; i < 2; i++) {
+        snprintf(target[i], sizeof(target[i]), "%s/%s", folder, files[i].name);
+        snprintf(temporary[i], sizeof(temporary[i]), "%s/.%s.%ld.new", folder, files[i].name,
+                 (long)getpid());
+        struct stat info;
+        if (result == CLI_GO_ON && stat(target[i], &info) == 0 && S_ISDIR(info.st_mode))
+            result = cli_error(target[i], "is a folder");
+    }
+    for (int i = 0; i < 2 && result == CLI_GO_ON; i++) {
+        if (pnb_file_write(session->context, temporary[i], files[i].bytes, files[i].size) != PNB_OK)
+            result = cli_session_fail(session);
+        else
+            written++;
+    }
+    for (int i = 0; i < 2 && result == CLI_GO_ON; i++)
+        if (rename(temporary[i], target[i]) != 0)
+            result = cli_error(target[i], "%s", strerror(errno));
+    for (int i = 0; i < written && result != CLI_GO_ON; i++)
+        unlink(temporary[i]);
+    return result;
+}
+
+static int write_results(struct cli_session *session, const char *page, size_t page_size,
+                         const char *report)
+{
+    const char *folder = session->options->output;
+    bool made = access(folder, F_OK) != 0;
+    int result = cli_make_folder(folder);
+    if (result != CLI_GO_ON)
+        return result;
+    result = write_both(session, folder, page, page_size, report, strlen(report));
+    if (result != CLI_GO_ON && made)
+        rmdir(folder);
+    return result;
+}
+
+static void print_table(const struct compare_scene *scene)
+{
+    printf("%s  %dx%d  light %zu (%s)  truth %d samples, %.0f ms\n", scene->path, scene->width,
+           scene->height, scene->light_index, scene->light_type, scene->truth_samples,
+           scene->truth_ms);
+    printf("  %-24s %10s %9s %9s %9s %9s %9s\n", "method", "ms", "rmse", "mean", "p99", "leak",
+           "darkening");
+    for (size_t i = 0; i < scene->entry_count; i++) {
+        const struct compare_entry *entry = &scene->entries[i];
+        const pnb_errors *e = &entry->errors;
+        char time[32] = "-";
+        if (isfinite(entry->milliseconds))
+            snprintf(time, sizeof(time), "%.2f", entry->milliseconds);
+        printf("  %-24s %10s %9.5f %+9.5f %9.5f %8.3f%% %8.3f%%\n", entry->label, time, e->rmse,
+               e->mean_error, e->p99_error, 100 * e->umbra_leak, 100 * e->lit_darkening);
+    }
+}
+
+/* A word of a shell's command line, quoted where it must be. */
+static void put_word(FILE *file, const char *word)
+{
+    if (*word && strspn(word, "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789"
+                              "_-./:=,+@%") == strlen(word)) {
+        fputs(word, file);
+        return;
+    }
+    fputc('\'', file);
+    for (; *word; word++)
+        if (*word == '\'')
+            fputs("'\\''", file);
+        else
+            fputc(*word, file);
+    fputc('\'', file);
+}
+
+static char *command_line(int argc, char **argv)
+{
+    char *text = NULL;
+    size_t size;
+    FILE *file = open_memstream(&text, &size);
+    if (!file)
+        return NULL;
+    fputs("penumbra", file);
+    for (int i = 0; i < argc; i++) {
+        fputc(' ', file);
+        put_word(file, argv[i]);
+    }
+    fclose(file);
+    return text;
+}
+
+static int run_all(struct cli_session *session, struct compare_run *run, const pnb_image *images,
+                   int truth_samples)
+{
+    const struct cli_options *options = session->options;
+    char *page_text = NULL, *report_text = NULL;
+    size_t page_size = 0;
+    FILE *page = open_memstream(&page_text, &page_size);
+    json_t *scenes = json_array();
+    int result = page && scenes ? CLI_GO_ON : no_memory();
+    if (page)
+        report_html_begin(page, run, options->operand_count);
+    for (size_t i = 0; i < options->operand_count && result == CLI_GO_ON; i++) {
+        struct compare_scene scene = {.path = options->operands[i]};
+        struct bench bench = {
+            .session = session, .options = options, .images = images, .result = &scene};
+        result = run_scene(&bench, truth_samples);
+        finish_bench(&bench);
+        if (result == CLI_GO_ON) {
+            report_html_scene(page, run, &scene, i);
+            json_array_append_new(scenes, report_json_scene(run, &scene));
+            cli_session_clear_bar(session);
+            if (!options->json && !options->quiet)
+                print_table(&scene);
+        }
+        finish_scene(session->context, &scene);
+    }
+    if (page) {
+        report_html_end(page, run);
+        if ((ferror(page) | fclose(page)) && result == CLI_GO_ON)
+            result = no_memory();
+    }
+    json_t *report = report_json(run, scenes);
+    if (result == CLI_GO_ON) {
+        report_text = json_dumps(report, JSON_INDENT(2) | JSON_REAL_PRECISION(9));
+        result =
+            report_text ? write_results(session, page_text, page_size, report_text) : no_memory();
+    }
+    if (result == CLI_GO_ON && options->json)
+        result = cli_json_print(json_incref(report));
+    else if (result == CLI_GO_ON && !options->quiet)
+        printf("%s/index.html\n", options->output);
+    json_decref(report);
+    free(report_text);
+    free(page_text);
+    return result == CLI_GO_ON ? CLI_EXIT_DONE : result;
+}
+
+static int check_line(const struct cli_options *options, long *truth_samples)
+{
+    if (!options->output)
+        return cli_usage_error("compare", "command line", "missing -o DIR");
+    if (options->image_count && options->operand_count > 1)
+        return cli_usage_error("compare", "--image", "judges one scene; %zu are given",
+                               options->operand_count);
+    if (truth_samples_text && !cli_read_integer("compare", "--truth-samples", truth_samples_text, 1,
+                                                TRUTH_SAMPLES_MAX, truth_samples))
+        return CLI_EXIT_USAGE;
+    return check_folder(options->output);
+}
+
+int command_compare(int argc, char **argv)
+{
+    /* Reading the options cuts some arguments into words. */
+    char *line = command_line(argc, argv);
+    struct cli_options options;
+    truth_samples_text = NULL;
+    int result = cli_options_init(&command, argc, argv, &options);
+    if (result != CLI_GO_ON) {
+        free(line);
+        return result;
+    }
+    struct cli_session session = {0};
+    pnb_image *images = calloc(options.image_count + 1, sizeof(*images));
+    long truth_samples = TRUTH_SAMPLES;
+    result = images && line ? check_line(&options, &truth_samples) : no_memory();
+    if (result == CLI_GO_ON)
+        result = cli_session_init(&session, &options);
+    if (result == CLI_GO_ON) {
+        char date[64];
+        time_t now = time(NULL);
+        struct tm utc;
+        strftime(date, sizeof(date), "%Y-%m-%d %H:%M UTC", gmtime_r(&now, &utc));
+        struct compare_run run = {.command = line,
+                                  .date = date,
+                                  .threads = pnb_context_threads(session.context),
+                                  .options = &options};
+        char processor[256];
+        snprintf(run.processor, sizeof(run.processor), "%s",
+                 cli_device(NULL, processor, sizeof(processor)));
+        if (truth_samples < 1024)
+            cli_session_warn(&session, "the truth has fewer than 1024 samples: the figures "
+                                       "contain its own noise");
+        result = read_images(&session, images);
+        if (result == CLI_GO_ON)
+            result = run_all(&session, &run, images, (int)truth_samples);
+        for (size_t i = 0; i < options.image_count; i++)
+            pnb_image_finish(session.context, &images[i]);
+        cli_session_finish(&session);
+    }
+    free(images);
+    free(line);
+    cli_options_finish(&options);
+    return result;
+}
