@@ -17,5 +17,5 @@ for corpus in tests/fuzz/corpus/*/; do
     mkdir -p "$build/corpus-$name"
     echo "fuzz: $name"
     "$build/tests/fuzz/fuzz-$name" -max_total_time="${FUZZ_SECONDS:-600}" -timeout=30 \
-        -rss_limit_mb=2048 -artifact_prefix="$build/crash-$name-" "$build/corpus-$name" "$corpus"
+        -rss_limit_mb=4096 -malloc_limit_mb=16384 -artifact_prefix="$build/crash-$name-" "$build/corpus-$name" "$corpus"
 done
