@@ -195,7 +195,7 @@ static const char *write_glb(const char *name, const char *json)
     "{\"bufferView\":1,\"componentType\":5123,\"count\":6,\"type\":\"SCALAR\"}],"
 #define QUAD(material)                                                                             \
     "{\"primitives\":[{\"attributes\":{\"POSITION\":0},\"indices\":1,\"material\":" #material "}]" \
-                                                                                              "}"
+    "}"
 
 /* Floor (turned by -90 degrees about x, scaled by 10), two instances of it, a camera, every light.
  */

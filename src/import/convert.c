@@ -348,7 +348,9 @@ void convert_file(const char *path, json_t *gltf)
         const char *why = aiGetErrorString();
         if (strstr(why, "bad_alloc") || strstr(why, "bad allocation"))
             import_fail(IMPORT_NO_MEMORY, "out of memory");
-        import_fail(IMPORT_BAD_FILE, "%s", *why ? why : "not readable as what its ending says");
+        if (!*why || strncmp(why, "No suitable reader", 18) == 0)
+            why = "its content is not what its ending says";
+        import_fail(IMPORT_BAD_FILE, "%s", why);
     }
     if (conversion.out_of_range[0])
         import_fail(IMPORT_BAD_FILE, "%s", conversion.out_of_range);

@@ -135,7 +135,10 @@ pnb_status scene_import_assemble(pnb_context *context, const char *file,
 {
     char name[256];
     *out_scene = NULL;
-    if (data->object_count == 0)
+    size_t triangles = 0;
+    for (size_t i = 0; i < data->object_count && triangles == 0; i++)
+        triangles = data->meshes[data->objects[i].mesh].triangle_count;
+    if (triangles == 0)
         return status_fail(context, PNB_ERROR_FORMAT, file, "no triangles in it");
     pnb_scene *scene;
     pnb_status status = pnb_scene_create(context, &scene);

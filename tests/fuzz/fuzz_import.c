@@ -33,7 +33,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
     if (fclose(file) == 0 && written &&
         pnb_context_create(&(pnb_context_desc){.threads = 1}, &context) == PNB_OK) {
         struct scene_import_limits limits = {
-            .memory_bytes = 512 << 20, .answer_bytes = 64 << 20, .seconds = 10};
+            .memory_bytes = 512 << 20, .answer_bytes = 64 << 20, .seconds = 2};
         if (scene_import_within(context, path, &limits, &scene) != PNB_OK) {
             if (scene || !strstr(pnb_context_error(context), path))
                 abort();
