@@ -420,6 +420,26 @@ static double common_scale(const struct compare_scene *scene)
     return round[count - 1];
 }
 
+/* Fine steps near 0, where good methods differ: a step of 0.00006 there, of 0.016 at the ends. */
+static pnb_status encode_error(pnb_context *context, const struct compare_scene *scene,
+                               const float *error, struct compare_png *png)
+{
+    pnb_image codes;
+    pnb_status status = pnb_image_create(context, scene->width, scene->height, 1, &codes);
+    if (status != PNB_OK)
+        return status;
+    size_t pixels = (size_t)scene->width * (size_t)scene->height;
+    for (size_t i = 0; i < pixels; i++) {
+        double size = fmin(fabs(error[i]), 1);
+        codes.data[i] = isnan(error[i])
+                            ? 0
+                            : (float)((128 + round(copysign(127 * sqrt(size), error[i]))) / 255);
+    }
+    status = pnb_image_encode_png(context, &codes, false, &png->bytes, &png->size);
+    pnb_image_finish(context, &codes);
+    return status;
+}
+
 static int draw_error_maps(struct bench *bench)
 {
     struct compare_scene *result = bench->result;
@@ -434,6 +454,8 @@ static int draw_error_maps(struct bench *bench)
             status = pnb_image_encode_png(context, &map, true, &entry->error_map.bytes,
                                           &entry->error_map.size);
         pnb_image_finish(context, &map);
+        if (status == PNB_OK)
+            status = encode_error(context, result, entry->error, &entry->error_codes);
         if (status != PNB_OK)
             return cli_session_fail(bench->session);
     }
@@ -510,6 +532,7 @@ static void finish_scene(pnb_context *context, struct compare_scene *scene)
         pnb_bytes_free(context, entry->picture.bytes);
         pnb_bytes_free(context, entry->visibility.bytes);
         pnb_bytes_free(context, entry->error_map.bytes);
+        pnb_bytes_free(context, entry->error_codes.bytes);
         free_texts(entry->warnings, entry->warning_count);
     }
     free(scene->entries);

@@ -25,6 +25,9 @@ struct compare_entry {
     pnb_errors errors;
     float *error; /* per pixel, V - truth; NaN where nothing is counted */
     struct compare_png picture, visibility, error_map; /* visibility: none if picture_only */
+    /* The error itself, for other scales: grey code 0 where nothing is counted, else
+     * 128 + 127 sign(e) sqrt(|e|). */
+    struct compare_png error_codes;
     char device[256];
     char **warnings;
     size_t warning_count;

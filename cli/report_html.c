@@ -96,7 +96,7 @@ void report_html_begin(FILE *page, const struct compare_run *run, size_t scene_c
 /* entry: "truth" or its number. */
 static void put_image(FILE *page, const struct compare_scene *scene, const char *entry,
                       const char *kind, const char *label, const char *caption,
-                      const struct compare_png *png)
+                      const struct compare_png *png, const struct compare_png *codes)
 {
     if (!png->bytes)
         return;
@@ -106,29 +106,46 @@ static void put_image(FILE *page, const struct compare_scene *scene, const char 
     report_html_text(page, label);
     fprintf(page, ", %s\" src=\"data:image/png;base64,", caption);
     put_base64(page, png->bytes, png->size);
+    if (codes) {
+        fprintf(page, "\" data-codes=\"data:image/png;base64,");
+        put_base64(page, codes->bytes, codes->size);
+    }
     fprintf(page, "\"><figcaption>%s</figcaption></figure>\n", caption);
+}
+
+/* The colours of the error maps in steps of equal error, as "r g b" of sRGB. */
+static void put_ramp_color(FILE *page, double t, const char *separator)
+{
+    double rgb[3];
+    pnb_colormap_diverging(t, rgb);
+    for (int k = 0; k < 3; k++) {
+        double x = rgb[k] <= 0.0031308 ? 12.92 * rgb[k] : 1.055 * pow(rgb[k], 1 / 2.4) - 0.055;
+        fprintf(page, "%s%.0f", k ? separator : "", x * 255);
+    }
 }
 
 static void put_ramp(FILE *page, const struct compare_scene *scene)
 {
+    static const double scales[] = {0.002, 0.005, 0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1};
     fprintf(page, "<div class=\"legend\"><div class=\"ramp\"><i style=\"background:"
                   "linear-gradient(90deg");
     for (int i = 0; i <= 32; i++) {
-        double rgb[3];
-        pnb_colormap_diverging(i / 32.0, rgb);
         fprintf(page, ",rgb(");
-        for (int k = 0; k < 3; k++) {
-            double x = rgb[k] <= 0.0031308 ? 12.92 * rgb[k] : 1.055 * pow(rgb[k], 1 / 2.4) - 0.055;
-            fprintf(page, "%s%.0f", k ? " " : "", x * 255);
-        }
+        put_ramp_color(page, i / 32.0, " ");
         fprintf(page, ")");
     }
-    fprintf(page,
-            ")\"></i><span><span>\xe2\x88\x92%g too dark</span><span>0</span><span>too light "
-            "+%g</span></span></div>"
-            "<div><i class=\"swatch\" style=\"background:#444\"></i>not compared: no surface, "
-            "turned away from the light, or not done by the method</div></div>\n",
-            scene->error_scale, scene->error_scale);
+    fprintf(
+        page,
+        ")\"></i><span><span>\xe2\x88\x92<b>%g</b> too dark</span><span>0</span><span>too light "
+        "+<b>%g</b></span></span></div>",
+        scene->error_scale, scene->error_scale);
+    fprintf(page, "<label class=\"scripted\">colours end at <select class=\"scale\">");
+    for (size_t i = 0; i < sizeof(scales) / sizeof(scales[0]); i++)
+        fprintf(page, "<option value=\"%g\"%s>%g</option>", scales[i],
+                scales[i] == scene->error_scale ? " selected" : "", scales[i]);
+    fprintf(page, "</select></label><div><i class=\"swatch\" style=\"background:#444\"></i>not "
+                  "compared: no surface, turned away from the light, or not done by the "
+                  "method</div></div>\n");
 }
 
 static void put_sheet(FILE *page, const struct compare_scene *scene)
@@ -137,8 +154,9 @@ static void put_sheet(FILE *page, const struct compare_scene *scene)
     put_ramp(page, scene);
     fprintf(page, "<div class=\"row\"><h4>truth<span>%d samples per pixel</span></h4>\n",
             scene->truth_samples);
-    put_image(page, scene, "truth", "picture", "truth", "picture", &scene->truth_picture);
-    put_image(page, scene, "truth", "visibility", "truth", "visibility", &scene->truth_visibility);
+    put_image(page, scene, "truth", "picture", "truth", "picture", &scene->truth_picture, NULL);
+    put_image(page, scene, "truth", "visibility", "truth", "visibility", &scene->truth_visibility,
+              NULL);
     fprintf(page, "</div>\n");
     for (size_t i = 0; i < scene->entry_count; i++) {
         const struct compare_entry *entry = &scene->entries[i];
@@ -152,12 +170,12 @@ static void put_sheet(FILE *page, const struct compare_scene *scene)
             put_duration(page, entry->milliseconds);
         }
         fprintf(page, "</span></h4>\n");
-        put_image(page, scene, number, "picture", entry->label, "picture", &entry->picture);
-        put_image(page, scene, number, "visibility", entry->label, "visibility",
-                  &entry->visibility);
+        put_image(page, scene, number, "picture", entry->label, "picture", &entry->picture, NULL);
+        put_image(page, scene, number, "visibility", entry->label, "visibility", &entry->visibility,
+                  NULL);
         put_image(page, scene, number, "error", entry->label,
                   entry->picture_only ? "error of the luminance" : "error of the visibility",
-                  &entry->error_map);
+                  &entry->error_map, &entry->error_codes);
         fprintf(page, "<figure>");
         report_plot_histogram(page, scene, entry);
         fprintf(page, "<figcaption>pixels by error, logarithmic; exact ones left out"
@@ -399,7 +417,13 @@ void report_html_end(FILE *page, const struct compare_run *run)
     report_html_text(page, run->processor);
     fprintf(page,
             ", %d thread%s</dd>\n<dt>Program</dt><dd>penumbra %s</dd>\n<dt>Date</dt><dd>%s</dd>\n"
-            "</dl>\n</footer>\n<dialog><img alt=\"\"></dialog>\n<script>\n%s</script>\n</body>\n"
-            "</html>\n",
-            run->threads, run->threads == 1 ? "" : "s", pnb_version(), run->date, page_js);
+            "</dl>\n</footer>\n<dialog><img alt=\"\"></dialog>\n",
+            run->threads, run->threads == 1 ? "" : "s", pnb_version(), run->date);
+    fprintf(page, "<script type=\"application/json\" id=\"ramp\">[");
+    for (int i = 0; i <= 256; i++) {
+        fprintf(page, "%s[", i ? "," : "");
+        put_ramp_color(page, i / 256.0, ",");
+        fprintf(page, "]");
+    }
+    fprintf(page, "]</script>\n<script>\n%s</script>\n</body>\n</html>\n", page_js);
 }

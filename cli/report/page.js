@@ -30,6 +30,7 @@ for (const scene of document.querySelectorAll("section.scene")) {
         slider.value = 100 * (event.clientX - box.left) / box.width;
         move();
     });
+    scene.addEventListener("recolored", show);
     left.addEventListener("change", show);
     right.addEventListener("change", show);
     for (const button of kinds)
@@ -40,6 +41,48 @@ for (const scene of document.querySelectorAll("section.scene")) {
     show();
     move();
 }
+
+/* Error maps at another scale: colours anew from the errors themselves, kept as grey codes: 0 no
+ * figure, else 128 + 127 sign(e) sqrt(|e|). */
+const ramp = JSON.parse(document.querySelector("#ramp").textContent);
+
+function recolor(codes, width, height, scale) {
+    const canvas = document.createElement("canvas");
+    canvas.width = width;
+    canvas.height = height;
+    const drawing = canvas.getContext("2d", {willReadFrequently: true});
+    drawing.drawImage(codes, 0, 0);
+    const pixels = drawing.getImageData(0, 0, width, height);
+    const colors = Array.from({length: 256}, (_, code) => {
+        if (code === 0)
+            return [68, 68, 68];
+        const size = ((code - 128) / 127) ** 2 * Math.sign(code - 128);
+        const at = Math.min(Math.max(0.5 + 0.5 * size / scale, 0), 1);
+        return ramp[Math.round(at * (ramp.length - 1))];
+    });
+    for (let i = 0; i < pixels.data.length; i += 4) {
+        const color = colors[pixels.data[i]];
+        pixels.data[i] = color[0];
+        pixels.data[i + 1] = color[1];
+        pixels.data[i + 2] = color[2];
+    }
+    drawing.putImageData(pixels, 0, 0);
+    return canvas.toDataURL();
+}
+
+for (const select of document.querySelectorAll("select.scale"))
+    select.addEventListener("change", async () => {
+        const scene = select.closest("section");
+        for (const end of select.closest(".legend").querySelectorAll(".ramp b"))
+            end.textContent = select.value;
+        for (const map of scene.querySelectorAll("img[data-codes]")) {
+            const codes = new Image();
+            codes.src = map.dataset.codes;
+            await codes.decode();
+            map.src = recolor(codes, codes.naturalWidth, codes.naturalHeight, Number(select.value));
+        }
+        scene.dispatchEvent(new Event("recolored"));
+    });
 
 /* Tables: a click on a head sorts by it, another turns the order round. */
 for (const table of document.querySelectorAll("table.figures")) {
