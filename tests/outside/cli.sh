@@ -81,6 +81,10 @@ refuses light_is_no_json 2 '--light: ' render builtin:prism --light '{'
 refuses light_of_unknown_type 2 '--light: ' render builtin:prism --light '{"type": "lamp"}'
 refuses light_of_no_area 2 '--light: ' render builtin:prism --light \
     '{"type": "disk", "center": [0,4,0], "normal": [0,-1,0], "radius": 0}'
+refuses compare_without_folder 2 '-o DIR' compare builtin:prism
+refuses compare_of_no_samples 2 '--methods: ' compare builtin:prism -o page --methods reference:0
+refuses compare_of_an_unknown_method 2 'no method' compare builtin:prism -o page --methods reference,nothing
+refuses compare_of_too_few_truths 2 'truth-samples' compare builtin:prism -o page --truth-samples 0
 refuses unknown_suite 2 'no such suite' bench no-such-suite
 refuses method_that_is_none 2 'no such method' methods no-such-method
 refuses scene_name_without_write 2 'needs --write' scenes fence
@@ -116,6 +120,9 @@ refuses output_is_an_existing_folder 1 'is a folder' render builtin:prism -o the
 refuses output_folder_is_a_file 1 'no folder' render builtin:prism -o empty.json/a.png
 refuses output_cannot_be_made 1 '/proc/a.png' render builtin:prism -s 8x8 -n 1 -o /proc/a.png
 refuses visibility_folder_is_missing 1 'no/such' render builtin:prism --visibility no/such/v.pfm
+refuses compare_of_a_missing_scene 1 'nowhere.json' compare nowhere.json -o page
+refuses compare_with_a_missing_image 1 'nowhere.pfm' compare builtin:prism -o page --image nowhere.pfm
+refuses compare_into_a_file 1 'empty.json' compare builtin:prism -s 8x8 -o empty.json
 refuses scenes_folder_cannot_be_made 1 'no/such' scenes --write no/such/folder
 
 # ---- it works ----
@@ -147,6 +154,11 @@ report $? same_bytes_with_one_thread
     '{"type": "point", "position": [0, 4, 0]}' --light \
     '{"type": "sun", "direction": [0.3, -1, 0.2], "angular_diameter_degrees": 0.53}' 2>err && [ -s two.png ]
 report $? lights_of_the_command_line
+"$penumbra" render builtin:prism -q -s 40x30 -n 16 -o c.png --visibility c.pfm 2>err &&
+    "$penumbra" compare builtin:prism -q -s 40x30 --methods reference:4,reference:64 --truth-samples 1024 \
+        --image c.pfm --image c.png -o page --json >out 2>err &&
+    [ -s page/index.html ] && grep -q '"rmse"' page/report.json && ! grep -q 'https*://[^w]' page/index.html
+report $? compare_writes_page_and_report
 "$penumbra" info builtin:prism >out 2>err && grep -q closed out && grep -q 'lights: 1' out
 report $? info_says_what_is_there
 "$penumbra" info builtin:prism --json >out 2>err && grep -q '"closed": true' out
