@@ -38,9 +38,10 @@ else
 fi
 
 echo "set-up: installing packages:$missing"
+echo "set-up: (from the Debian mirror; this may take some minutes)"
 install() {
     $as_root env DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --no-install-recommends \
-        -o Dpkg::Use-Pty=0 $missing
+        -o Dpkg::Use-Pty=0 $missing >/dev/null
 }
 known=yes
 for package in $missing; do
