@@ -44,7 +44,9 @@ static int list_scenes(bool as_json)
     return array ? cli_json_print(json_pack("{s:o}", "scenes", array)) : cli_flush();
 }
 
-static int write_scene(struct cli_session *session, const char *name, const char *folder)
+/* Adds the paths to written, or prints them where that is NULL. */
+static int write_scene(struct cli_session *session, const char *name, const char *folder,
+                       json_t *written)
 {
     char source[256], path[4400];
     snprintf(source, sizeof(source), "builtin:%s", name);
@@ -58,6 +60,8 @@ static int write_scene(struct cli_session *session, const char *name, const char
             glb ? pnb_scene_write_glb(scene, path) : pnb_scene_write_json(scene, path);
         if (status != PNB_OK)
             result = cli_session_fail(session);
+        else if (written)
+            json_array_append_new(written, cli_json_text(path));
         else if (!session->options->quiet)
             printf("%s\n", path);
     }
@@ -80,18 +84,22 @@ static int write_scenes(const struct cli_options *options, const char *folder)
 
     struct cli_session session;
     result = cli_session_init(&session, options);
+    json_t *written = options->json ? json_array() : NULL;
     size_t count = options->operand_count ? options->operand_count : pnb_builtin_count();
     for (size_t i = 0; i < count && result == CLI_GO_ON; i++) {
         if (options->operand_count)
             find_builtin(options->operands[i], &info);
         else
             pnb_builtin(i, &info);
-        result = write_scene(&session, info.name, folder);
+        result = write_scene(&session, info.name, folder, written);
         if (result == CLI_GO_ON && cli_session_stopped())
             result = cli_error("scenes", "cancelled");
     }
     cli_session_finish(&session);
-    return result == CLI_GO_ON ? cli_flush() : result;
+    if (result == CLI_GO_ON)
+        return written ? cli_json_print(json_pack("{s:o}", "written", written)) : cli_flush();
+    json_decref(written);
+    return result;
 }
 
 int command_scenes(int argc, char **argv)

@@ -218,6 +218,15 @@ done
 "$penumbra" render builtin:spheres-9x9 -m reference -s 400x300 -n 256 -o bar.png >out 2>err
 [ $? = 0 ] && ! grep -q '%' err
 report $? no_progress_bar_on_a_pipe
+if script -qec true /dev/null >/dev/null 2>&1; then
+    script -qec "'$penumbra' render builtin:spheres-9x9 -m reference -s 800x600 -n 1024 -o bar.png" \
+        /dev/null >out 2>err </dev/null
+    [ $? = 0 ] && grep -q '[0-9]%.*left [0-9]' out && tail -c 4 out | grep -q '\[K'
+    report $? progress_bar_on_a_terminal
+else
+    number=$((number + 1))
+    echo "ok $number # SKIP progress_bar_on_a_terminal"
+fi
 
 echo "1..$number"
 exit $bad
