@@ -111,7 +111,7 @@ static const struct builtin table[] = {
     {{"pole", "a pole standing on the ground", PLANAR}, builtin_pole, 0.5, 0, {16}},
     {{"fence", "a picket fence: 2,474 triangles with the ground", ""},
      builtin_fence,
-     0.35,
+     0.15,
      0,
      {100, 3}},
     {{"knot", "a (3,7) torus knot of 5,000 vertices", PLANAR}, builtin_knot, 0.5, 1.3, {500, 10}},
@@ -131,13 +131,13 @@ static const struct builtin table[] = {
      {0}},
     {{"light-inside-caster", "a light inside a barred lantern", ""},
      builtin_lantern,
-     0.22,
+     0.07,
      1.5,
      {4}},
     {{"light-in-solid", "a light whose middle is buried in a solid box", ""},
      builtin_light_in_solid,
      0.7,
-     2.4,
+     1.9,
      {0}},
     {{"room", "a furnished room under a non-convex, L-shaped light", ""},
      builtin_room,
@@ -180,8 +180,10 @@ pnb_status scene_builtin(pnb_context *context, const char *name, pnb_scene **out
     struct stage stage = {.context = context, .random = 0x9e3779b97f4a7c15ull};
     shape_init(context, &stage.shape);
     stage.status = pnb_scene_create(context, &stage.scene);
-    if (stage.status == PNB_OK)
+    if (stage.status == PNB_OK) {
+        pnb_scene_set_background(stage.scene, (const double[]){0.62, 0.67, 0.72});
         row->make(&stage, row);
+    }
     shape_finish(&stage.shape);
     char full[80];
     snprintf(full, sizeof(full), "builtin:%s", name);

@@ -34,7 +34,7 @@ void builtin_fence(struct stage *stage, const struct builtin *row)
  * whatever the count. */
 void builtin_leaves(struct stage *stage, const struct builtin *row)
 {
-    double size = 0.034 * sqrt(5000.0 / row->counts[0]);
+    double size = 0.021 * sqrt(5000.0 / row->counts[0]);
     stage_ground(stage, 10);
     for (int i = 0; i < row->counts[0]; i++) {
         /* In the ball by rejection, denser outside. */
@@ -87,12 +87,12 @@ void builtin_light_plane(struct stage *stage, const struct builtin *row)
     shape_box(&stage->shape, v3(0.8, 0, -0.3), v3(1.2, 2.6, 0.3));
     stage_object(stage, "tower", clay);
     shape_box(&stage->shape, v3(-0.5, 0, -0.04), v3(0.5, 2.5, 0.04));
-    stage_placement(1, 12, -70, v3(-1.05, 0, 0.1), placement);
+    stage_placement(1, 12, -50, v3(-1.0, 0.009, 0.1), placement);
     stage_placed(stage, "leaning slab", steel, placement);
     shape_sphere_762(&stage->shape, v3(0.1, 0.35, 0.5), 0.35);
     stage_object(stage, "sphere", moss);
     stage_rectangle(stage, v3(0, row->height, 0), v3(0, 0, 0), row->light, row->light, white);
-    stage_camera(stage, v3(0.3, 4.1, 5.9), v3(0, 0.6, 0), 42);
+    stage_camera(stage, v3(0.3, 4.1, 5.7), v3(0, 0.45, 0), 42);
 }
 
 /* A roof, a square ring below and bars between them, counts[0] to a side, all one mesh; the light
@@ -114,8 +114,8 @@ void builtin_lantern(struct stage *stage, const struct builtin *row)
             double along = -0.365 + 0.73 * i / row->counts[0];
             double x = k == 0 ? along : k == 1 ? 0.365 : k == 2 ? -along : -0.365;
             double z = k == 0 ? 0.365 : k == 1 ? -along : k == 2 ? -0.365 : along;
-            shape_box(&stage->shape, v3(x - 0.02, y - 0.22, z - 0.02),
-                      v3(x + 0.02, y + 0.23, z + 0.02));
+            shape_box(&stage->shape, v3(x - 0.028, y - 0.22, z - 0.028),
+                      v3(x + 0.028, y + 0.23, z + 0.028));
         }
     stage_object(stage, "lantern", v3(0.25, 0.24, 0.22));
     shape_box(&stage->shape, v3(-0.3, 0, -0.3), v3(0.3, 0.5, 0.3));
@@ -123,7 +123,7 @@ void builtin_lantern(struct stage *stage, const struct builtin *row)
     stage_placed(stage, "box", clay, placement);
     shape_sphere_762(&stage->shape, v3(-0.8, 0.3, 0.3), 0.3);
     stage_object(stage, "sphere", steel);
-    stage_rectangle(stage, v3(0, y + 0.1, 0), v3(0, 0, 0), row->light, row->light, white);
+    stage_rectangle(stage, v3(0, y + 0.15, 0), v3(0, 0, 0), row->light, row->light, white);
     stage_camera(stage, v3(1.5, 3, 5.2), v3(0, 0.55, 0), 40);
 }
 
@@ -139,7 +139,7 @@ void builtin_light_in_solid(struct stage *stage, const struct builtin *row)
     shape_sphere_762(&stage->shape, v3(0.9, 0.3, 0.4), 0.3);
     stage_object(stage, "sphere", moss);
     stage_rectangle(stage, v3(0, y, 0), v3(0, 0, 0), row->light, row->light, white);
-    stage_camera(stage, v3(0.8, 2.6, 5.4), v3(0.1, 0.95, 0), 42);
+    stage_camera(stage, v3(0.8, 3.1, 5.2), v3(0.1, 0.72, 0), 42);
 }
 
 static void room_walls(struct stage *stage)
@@ -183,7 +183,7 @@ void builtin_room(struct stage *stage, const struct builtin *row)
     for (int i = 0; i < 3; i++)
         shape_box(&stage->shape, v3(-1.998, 0.6 + 0.5 * i, -1.9), v3(-1.65, 0.63 + 0.5 * i, -0.5));
     stage_object(stage, "shelf", wood);
-    shape_rod(&stage->shape, v3(1.2, 0.001, 0.5), v3(1.2, 0.45, 0.5), 0.16, 0.2, 32);
+    shape_rod(&stage->shape, v3(1.0, 0.001, 0.1), v3(1.0, 0.45, 0.1), 0.16, 0.2, 32);
     stage_object(stage, "stool", moss);
     shape_rod(&stage->shape, v3(1.45, 0.001, -1.7), v3(1.45, 2.599, -1.7), 0.15, 0.13, 32);
     stage_object(stage, "column", plaster);
@@ -255,7 +255,7 @@ void builtin_outdoor(struct stage *stage, const struct builtin *row)
     stage_object(stage, "garden fence", wood);
 
     pnb_light light = {.type = PNB_LIGHT_SUN, .color = {1, 0.93, 0.82}};
-    v3_store(light.shape.sun.direction, v3(0.75, -0.8, 0.55));
+    v3_store(light.shape.sun.direction, v3(0.85, -0.8, -0.25));
     light.shape.sun.angular_diameter_degrees = row->light;
     stage_light(stage, &light);
     if (stage->status == PNB_OK) {
