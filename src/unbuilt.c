@@ -10,5 +10,3 @@
 #define WEAK __attribute__((weak))
 #define FAIL(c) return status_fail((c), PNB_ERROR_UNSUPPORTED, __func__, "not built yet")
 
-WEAK pnb_status pnb_scene_write_json(pnb_scene *s, const char *p) { FAIL(s->context); }
-WEAK pnb_status pnb_scene_write_glb(pnb_scene *s, const char *p) { FAIL(s->context); }
