@@ -1,6 +1,7 @@
 /* base/buffer.c: see buffer.h. */
 #include "base/buffer.h"
 
+#include <locale.h>
 #include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -55,6 +56,19 @@ void buffer_print(struct buffer *buffer, const char *format, ...)
     }
 }
 
+/* The caller's locale may print a comma, or more, where files have a point. */
+static void add_number(struct buffer *buffer, const char *text)
+{
+    const char *point = localeconv()->decimal_point, *found = strstr(text, point);
+    if (!found || strcmp(point, ".") == 0) {
+        buffer_add(buffer, text, strlen(text));
+        return;
+    }
+    buffer_add(buffer, text, (size_t)(found - text));
+    buffer_add(buffer, ".", 1);
+    buffer_add(buffer, found + strlen(point), strlen(found + strlen(point)));
+}
+
 void buffer_number(struct buffer *buffer, double value)
 {
     char text[40];
@@ -63,7 +77,14 @@ void buffer_number(struct buffer *buffer, double value)
         if (strtod(text, NULL) == value)
             break;
     }
-    buffer_add(buffer, text, strlen(text));
+    add_number(buffer, text);
+}
+
+void buffer_float(struct buffer *buffer, float value)
+{
+    char text[40];
+    snprintf(text, sizeof(text), "%.9g", (double)value);
+    add_number(buffer, text);
 }
 
 /* Length of the UTF-8 sequence at text, 0 if it is none (overlong, surrogate, cut short). */

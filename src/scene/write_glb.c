@@ -176,8 +176,14 @@ static size_t emissive_material(struct writer *w, const double radiance[3])
     vec3 color;
     double strength = split_color(radiance, &color);
     next(&w->materials);
-    buffer_print(&w->materials, "{\"pbrMetallicRoughness\":{\"baseColorFactor\":[0,0,0,1],"
-                                "\"metallicFactor\":0,\"roughnessFactor\":1},\"emissiveFactor\":");
+    buffer_print(&w->materials, "{\"pbrMetallicRoughness\":{\"baseColorFactor\":[");
+    const double channels[3] = {color.x, color.y, color.z};
+    for (int c = 0; c < 3; c++) {
+        buffer_number(&w->materials, channels[c]);
+        buffer_print(&w->materials, ",");
+    }
+    buffer_print(&w->materials,
+                 "1],\"metallicFactor\":0,\"roughnessFactor\":1},\"emissiveFactor\":");
     print_vector(&w->materials, color);
     buffer_print(&w->materials,
                  ",\"extensions\":{\"KHR_materials_emissive_strength\":{\"emissiveStrength\":");

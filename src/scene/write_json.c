@@ -85,19 +85,27 @@ static void print_light(struct buffer *out, const pnb_light *light)
     buffer_print(out, "}");
 }
 
+/* Lines of three numbers. */
+static void print_floats(struct buffer *out, const char *key, const float *values, size_t count)
+{
+    for (size_t i = 0; i < count; i++) {
+        buffer_print(out, "%s", key);
+        for (int c = 0; c < 3; c++) {
+            buffer_add(out, " ", 1);
+            buffer_float(out, values[3 * i + (size_t)c]);
+        }
+        buffer_add(out, "\n", 1);
+    }
+}
+
 static pnb_status write_obj(struct writer *w, const struct mesh *mesh, const char *path)
 {
     struct buffer out;
     buffer_init(w->context, &out);
     buffer_print(&out, "# written by penumbra %s\no mesh\n", pnb_version());
-    for (size_t i = 0; i < mesh->vertex_count; i++) {
-        const float *p = mesh->positions + 3 * i;
-        buffer_print(&out, "v %.9g %.9g %.9g\n", p[0], p[1], p[2]);
-    }
-    for (size_t i = 0; i < mesh->vertex_count && mesh->normals; i++) {
-        const float *n = mesh->normals + 3 * i;
-        buffer_print(&out, "vn %.9g %.9g %.9g\n", n[0], n[1], n[2]);
-    }
+    print_floats(&out, "v", mesh->positions, mesh->vertex_count);
+    if (mesh->normals)
+        print_floats(&out, "vn", mesh->normals, mesh->vertex_count);
     for (size_t i = 0; i < mesh->triangle_count; i++) {
         uint32_t a = mesh->indices[3 * i] + 1, b = mesh->indices[3 * i + 1] + 1,
                  c = mesh->indices[3 * i + 2] + 1;
