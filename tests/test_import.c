@@ -390,6 +390,69 @@ static void emissive_shapes(void **state)
     pnb_scene_destroy(scene);
 }
 
+/* Double-sided emissive panels over a floor shine towards it, whichever way they face; a frame (a
+ * square with a square hole) is eight triangles, each a light. */
+static void emissive_sides_and_holes(void **state)
+{
+    static const char json[] =
+        "{" BUFFERS "\"scene\":0,\"scenes\":[{\"nodes\":[0,1]}],"
+        "\"materials\":[{},{\"emissiveFactor\":[1,1,1],\"doubleSided\":%s}],"
+        "\"meshes\":[" QUAD(0) "," QUAD(
+            1) "],"
+               "\"nodes\":[{\"mesh\":0,\"rotation\":[-0.70710678118,0,0,0.70710678118],"
+               "\"scale\":[10,10,10]},"
+               "{\"mesh\":1,\"translation\":[0,4,0],\"rotation\":[%s,0,0,0.70710678118]}]}";
+    static const struct {
+        const char *double_sided, *turn;
+        double y; /* of the direction of emission */
+    } cases[] = {{"true", "0.70710678118", -1},
+                 {"true", "-0.70710678118", -1},
+                 {"false", "0.70710678118", -1},
+                 {"false", "-0.70710678118", 1}};
+    for (size_t i = 0; i < 4; i++) {
+        char text[4096];
+        snprintf(text, sizeof(text), json, cases[i].double_sided, cases[i].turn);
+        pnb_scene *scene = import(write_glb("sides.glb", text));
+        pnb_light light;
+        double normal[3];
+        assert_int_equal(pnb_scene_light_count(scene), 1);
+        pnb_scene_light(scene, 0, &light);
+        assert_int_equal(light.type, PNB_LIGHT_RECTANGLE);
+        v3_store(normal, v3_normalize(v3_cross(v3_load(light.shape.rectangle.half_u),
+                                               v3_load(light.shape.rectangle.half_v))));
+        vectors_near(normal, 0, cases[i].y, 0);
+        pnb_scene_destroy(scene);
+    }
+
+    write_text("e.mtl", "newmtl glow\nKd 1 1 1\nKe 2 2 2\n");
+    pnb_scene *scene =
+        import(write_text("frame.obj", "mtllib e.mtl\nv 0 0 0\nv 3 0 0\nv 3 3 0\nv 0 3 0\n"
+                                       "v 1 1 0\nv 2 1 0\nv 2 2 0\nv 1 2 0\nusemtl glow\n"
+                                       "f 1 2 6 5\nf 2 3 7 6\nf 3 4 8 7\nf 4 1 5 8\n"));
+    assert_int_equal(pnb_scene_light_count(scene), 8);
+    pnb_scene_destroy(scene);
+}
+
+/* The scene's front door, and a scene file that refers to a mesh. */
+static void loading_by_path(void **state)
+{
+    pnb_scene *scene;
+    pnb_object object;
+    const char *text = "{\"objects\": [{\"name\": \"m\", \"mesh\": \"tri.obj\", \"scale\": 2}],"
+                       " \"lights\": [{\"type\": \"point\", \"position\": [0, 4, 0]}]}";
+    assert_int_equal(pnb_scene_load(context,
+                                    write_text("tri.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"),
+                                    &scene),
+                     PNB_OK);
+    assert_string_equal(pnb_scene_name(scene), "tri");
+    pnb_scene_destroy(scene);
+    assert_int_equal(pnb_scene_load(context, write_text("s.json", text), &scene), PNB_OK);
+    assert_int_equal(pnb_scene_triangle_count(scene), 1);
+    pnb_scene_object(scene, 0, &object);
+    assert_true(object.world_from_mesh[0] == 2);
+    pnb_scene_destroy(scene);
+}
+
 /* --- what else meshes can be --- */
 
 static void normals_materials_lines(void **state)
@@ -572,6 +635,39 @@ static void importers_misbehave(void **state)
     unsetenv("PNB_IMPORTER");
 }
 
+/* Every cut of a good answer is an error; every changed byte an error or a scene. */
+static void answers_are_not_trusted(void **state)
+{
+    unsigned char *bytes, *copy;
+    size_t size;
+    struct scene_import_data data;
+    assert_int_equal(
+        scene_import_run(context, write_glb("full.glb", full_scene), NULL, &bytes, &size), PNB_OK);
+    copy = malloc(size);
+    for (size_t length = 0; length < size; length++) {
+        memcpy(copy, bytes, size);
+        assert_int_equal(scene_import_decode(context, "cut", copy, length, &data),
+                         PNB_ERROR_FORMAT);
+        for (int change = 0; change < 3; change++) {
+            static const unsigned char masks[3] = {1, 0x80, 0xff};
+            pnb_scene *scene = NULL;
+            memcpy(copy, bytes, size);
+            copy[length] ^= masks[change];
+            if (scene_import_decode(context, "changed", copy, size, &data) == PNB_OK) {
+                pnb_status status = scene_import_assemble(context, "changed", &data, &scene);
+                assert_true((status == PNB_OK) == (scene != NULL));
+                scene_import_data_finish(context, &data);
+            }
+            pnb_scene_destroy(scene);
+        }
+    }
+    assert_int_equal(scene_import_decode(context, "whole", bytes, size, &data), PNB_OK);
+    assert_int_equal(data.object_count, 2);
+    scene_import_data_finish(context, &data);
+    memory_free(context, bytes);
+    free(copy);
+}
+
 static bool stop(void *user, const char *stage, double fraction)
 {
     return false;
@@ -618,12 +714,15 @@ int main(void)
         cmocka_unit_test(merged_mesh_has_every_instance),
         cmocka_unit_test(emissive_quad_is_a_light),
         cmocka_unit_test(emissive_shapes),
+        cmocka_unit_test(emissive_sides_and_holes),
+        cmocka_unit_test(loading_by_path),
         cmocka_unit_test(normals_materials_lines),
         cmocka_unit_test(languages_do_not_matter),
         cmocka_unit_test(broken_files_are_named),
         cmocka_unit_test(flat_triangles_are_kept),
         cmocka_unit_test(truncated_and_random_files),
         cmocka_unit_test(importers_misbehave),
+        cmocka_unit_test(answers_are_not_trusted),
         cmocka_unit_test(import_can_be_cancelled),
         cmocka_unit_test(memory_is_limited),
     };
