@@ -263,7 +263,10 @@ static void keep_report(struct compare_entry *entry, const pnb_solver_report *re
     }
 }
 
-static int run_method(struct bench *bench, struct compare_entry *entry)
+/* tolerant: a method that cannot do this scene, or lacks its device, is left out with a note
+ * (*left_out) instead of ending the comparison. */
+static int run_method(struct bench *bench, struct compare_entry *entry, bool tolerant,
+                      bool *left_out)
 {
     struct cli_session *session = bench->session;
     const struct cli_options *options = bench->options;
@@ -292,6 +295,14 @@ static int run_method(struct bench *bench, struct compare_entry *entry)
     }
     pnb_solver_destroy(solver);
     free(params);
+    if (tolerant && (status == PNB_ERROR_UNSUPPORTED || status == PNB_ERROR_DEVICE)) {
+        char note[1200];
+        snprintf(note, sizeof(note), "%s is left out: %s", entry->label,
+                 pnb_context_error(session->context));
+        add_text(&bench->result->notes, &bench->result->note_count, note);
+        *left_out = true;
+        return CLI_GO_ON;
+    }
     if (status != PNB_OK)
         return cli_session_fail(session);
     int result = judge(bench, entry, bench->visibility);
@@ -312,8 +323,15 @@ static double luminance(const float *rgb)
 static int judge_picture(struct bench *bench, struct compare_entry *entry, const pnb_image *image)
 {
     double ours = 0, both = 0;
+    bool clipped = cli_has_ending(entry->name, ".png"); /* holds nothing brighter than white */
     for (size_t i = 0; i < bench->pixels; i++) {
-        double y = luminance(image->data + 3 * i), t = luminance(bench->truth_rgb + 3 * i);
+        float truth[3];
+        for (int k = 0; k < 3; k++) {
+            truth[k] = bench->truth_rgb[3 * i + (size_t)k];
+            if (clipped)
+                truth[k] = fminf(fmaxf(truth[k], 0), 1);
+        }
+        double y = luminance(image->data + 3 * i), t = luminance(truth);
         bench->visibility[i] = (float)(bench->truth[i] + (y - t));
         if (bench->mask[i] && isfinite(y)) {
             ours += t * t;
@@ -349,6 +367,18 @@ static int run_image(struct bench *bench, struct compare_entry *entry, const pnb
 
 /* ---- what is compared ---- */
 
+/* Nothing was chosen: all methods, and a series of the reference instead of its one default. */
+static bool chooses_freely(const struct cli_options *options)
+{
+    return options->method_count == 0 && options->image_count == 0;
+}
+
+/* Methods that cannot do the scene are then left out. */
+static bool compares_all(const struct cli_options *options)
+{
+    return chooses_freely(options) || options->all_methods;
+}
+
 static void add_entry(struct compare_scene *scene, const pnb_method_info *method, int samples,
                       const struct cli_options *options)
 {
@@ -370,9 +400,7 @@ static int choose_entries(struct bench *bench)
     static const int series[] = {16, 64, 256, 1024};
     struct compare_scene *result = bench->result;
     const struct cli_options *options = bench->options;
-    /* No choice is all methods and a series of the reference, instead of its one default. */
-    bool free_choice = options->method_count == 0 && options->image_count == 0;
-    bool all = free_choice || options->all_methods;
+    bool free_choice = chooses_freely(options), all = compares_all(options);
     size_t methods = free_choice ? pnb_method_count() : options->method_count;
     result->entries = calloc(methods + 4 + options->image_count, sizeof(*result->entries));
     if (!result->entries)
@@ -500,14 +528,22 @@ static int run_scene(struct bench *bench, int truth_samples)
         return no_memory();
 
     done = solve_truth(bench, truth_samples);
-    size_t image = 0;
-    for (size_t i = 0; i < result->entry_count && done == CLI_GO_ON; i++) {
-        struct compare_entry *entry = &result->entries[i];
-        done = entry->method ? run_method(bench, entry)
+    size_t count = result->entry_count, kept = 0, image = 0;
+    for (size_t i = 0; i < count && done == CLI_GO_ON; i++) {
+        struct compare_entry *entry = &result->entries[kept];
+        bool left_out = false;
+        if (kept != i) {
+            *entry = result->entries[i];
+            memset(&result->entries[i], 0, sizeof(*entry));
+        }
+        done = entry->method ? run_method(bench, entry, compares_all(options), &left_out)
                              : run_image(bench, entry, &bench->images[image++]);
         if (done == CLI_GO_ON && cli_session_stopped())
             done = cli_error("compare", "cancelled");
+        kept += !left_out;
     }
+    if (done == CLI_GO_ON)
+        result->entry_count = kept;
     return done == CLI_GO_ON ? draw_error_maps(bench) : done;
 }
 
