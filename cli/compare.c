@@ -21,8 +21,6 @@
 #include <time.h>
 #include <unistd.h>
 
-#define REPEAT_MS          400.0
-#define REPEAT_MAX         9
 #define TRUTH_SAMPLES      4096
 #define TRUTH_SAMPLES_MAX  (1L << 20)
 #define OTHER_SAMPLES_MAX  1024 /* of the lights that are not compared */
@@ -104,12 +102,6 @@ static void free_texts(char **texts, size_t count)
 static int no_memory(void)
 {
     return cli_error("memory", "none left");
-}
-
-static int by_value(const void *a, const void *b)
-{
-    double x = *(const double *)a, y = *(const double *)b;
-    return (x > y) - (x < y);
 }
 
 /* ---- pictures ---- */
@@ -279,18 +271,12 @@ static int run_method(struct bench *bench, struct compare_entry *entry, bool tol
                             .param_count = params_of(options, entry->method, params)};
     pnb_solver *solver = NULL;
     pnb_solver_report report;
-    double times[REPEAT_MAX], total = 0;
-    int count = 0;
     pnb_status status = pnb_solver_create(session->context, bench->scene, &desc, &solver);
-    while (status == PNB_OK && count < REPEAT_MAX && total < REPEAT_MS) {
-        status = pnb_solver_visibility(solver, &bench->light, &bench->receivers, bench->visibility);
-        pnb_solver_get_report(solver, &report);
-        times[count++] = report.visibility_ms;
-        total += report.visibility_ms;
-    }
+    if (status == PNB_OK)
+        status =
+            cli_solve(solver, &bench->light, &bench->receivers, true, bench->visibility, &report);
     if (status == PNB_OK) {
-        qsort(times, (size_t)count, sizeof(times[0]), by_value);
-        entry->milliseconds = times[count / 2];
+        entry->milliseconds = report.visibility_ms;
         keep_report(entry, &report);
     }
     pnb_solver_destroy(solver);

@@ -14,11 +14,6 @@
 
 #define PICTURE_ENDINGS ".png .exr .pfm"
 
-/* A fast visibility is timed again, for a steadier figure: while this much time has not passed, at
- * most so often; the median counts. */
-#define REPEAT_MS  400.0
-#define REPEAT_MAX 9
-
 static const char help_text[] =
     "The picture is PNG (8-bit sRGB), EXR or PFM by the file's ending. An EXR holds R, G, B "
     "(linear)\n"
@@ -103,12 +98,6 @@ static int check_outputs(struct render *render)
     return result;
 }
 
-static int by_value(const void *a, const void *b)
-{
-    double x = *(const double *)a, y = *(const double *)b;
-    return (x > y) - (x < y);
-}
-
 /* One light's visibility, with its time and counters. */
 static int solve_light(struct render *render, size_t index, const pnb_receivers *receivers)
 {
@@ -119,24 +108,17 @@ static int solve_light(struct render *render, size_t index, const pnb_receivers 
     if (!result->visibility)
         return cli_error("memory", "none left for %zu pixels", receivers->count);
 
-    double times[REPEAT_MAX], total = 0;
-    int count = 0;
-    do {
-        pnb_solver_report report;
-        if (pnb_solver_visibility(render->solver, &light, receivers, result->visibility) != PNB_OK)
-            return cli_session_fail(&render->session);
-        pnb_solver_get_report(render->solver, &report);
-        times[count++] = report.visibility_ms;
-        total += report.visibility_ms;
-        memcpy(result->counters, report.counters, sizeof(result->counters));
-        result->counter_count = report.counter_count;
-        render->prepare_ms = report.prepare_ms;
-        char processor[256];
-        snprintf(render->device, sizeof(render->device), "%s",
-                 cli_device(&report, processor, sizeof(processor)));
-    } while (render->options->json && count < REPEAT_MAX && total < REPEAT_MS);
-    qsort(times, (size_t)count, sizeof(times[0]), by_value);
-    result->milliseconds = times[count / 2];
+    pnb_solver_report report;
+    if (cli_solve(render->solver, &light, receivers, render->options->json, result->visibility,
+                  &report) != PNB_OK)
+        return cli_session_fail(&render->session);
+    result->milliseconds = report.visibility_ms;
+    memcpy(result->counters, report.counters, sizeof(result->counters));
+    result->counter_count = report.counter_count;
+    render->prepare_ms = report.prepare_ms;
+    char processor[256];
+    snprintf(render->device, sizeof(render->device), "%s",
+             cli_device(&report, processor, sizeof(processor)));
     render->visibility_ms += result->milliseconds;
     return CLI_GO_ON;
 }

@@ -46,6 +46,11 @@ int cli_check_writable(const char *path);
 /* The same for a folder that is made when missing. */
 int cli_make_folder(const char *path);
 
+/* pnb_solver_visibility(), then its report. steady: a quick one is run several times, and
+ * report->visibility_ms is the median: the steady-state cost of a frame. */
+pnb_status cli_solve(pnb_solver *solver, const pnb_light *light, const pnb_receivers *receivers,
+                     bool steady, float *visibility, pnb_solver_report *report);
+
 /* What the solver ran on: the OpenGL renderer that it reported, or else the processor's name. text:
  * size bytes, the caller's. */
 const char *cli_device(const pnb_solver_report *report, char *text, size_t size);
