@@ -22,8 +22,8 @@
 #include <unistd.h>
 
 #define TRUTH_SAMPLES      4096
-#define TRUTH_SAMPLES_MAX  (1L << 20)
-#define OTHER_SAMPLES_MAX  1024 /* of the lights that are not compared */
+#define TRUTH_SAMPLES_MAX  (1L << 18) /* what the reference takes */
+#define OTHER_SAMPLES_MAX  1024       /* of the lights that are not compared */
 #define NO_SURFACE_DISPLAY 0.08f
 
 static const char help_text[] =

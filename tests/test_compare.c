@@ -54,7 +54,7 @@ static int run(char *text, size_t size, const char *arguments)
 {
     char command[1024], path[128];
     snprintf(path, sizeof(path), "%s/said", folder);
-    snprintf(command, sizeof(command), "cd '%s' && '%s/penumbra' %s > said 2>&1", folder,
+    snprintf(command, sizeof(command), "cd '%s' && ('%s/penumbra' %s) > said 2>&1", folder,
              getenv("PNB_BUILD_DIR"), arguments);
     int status = system(command);
     FILE *file = fopen(path, "r");
@@ -277,6 +277,18 @@ static void full_disk_keeps_the_old_report(void **state)
     assert_string_equal(said, "index.html\nreport.json\n");
 }
 
+static void signal_cancels(void **state)
+{
+    char said[8192];
+    int status = run(said, sizeof(said),
+                     "--version > /dev/null; \"$PNB_BUILD_DIR/penumbra\" compare '<a&b>.json' "
+                     "--truth-samples 262144 -q -o no & sleep 2; kill -TERM $!; wait $!");
+    assert_int_equal(status, 1);
+    assert_ptr_equal(strstr(said, "penumbra: error: "), said);
+    assert_non_null(strstr(said, "cancelled"));
+    assert_false(exists("no"));
+}
+
 #define TEST(name) cmocka_unit_test_setup_teardown(name, set_up, tear_down)
 
 int main(void)
@@ -284,7 +296,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         TEST(report_keeps_the_contract),          TEST(page_is_self_contained),
         TEST(files_of_other_programs_are_judged), TEST(mistakes_leave_nothing),
-        TEST(full_disk_keeps_the_old_report),
+        TEST(full_disk_keeps_the_old_report),     TEST(signal_cancels),
     };
     return cmocka_run_group_tests_name("compare", tests, NULL, NULL);
 }

@@ -538,6 +538,61 @@ static void writing_keeps_mode_and_links(void **state)
     assert_int_equal(file_count(f->folder), 2);
 }
 
+/* An allocator that has no memory left after some calls. */
+struct scarce {
+    int left;
+    long blocks;
+};
+
+static void *scarce_reallocate(void *user, void *old, size_t size)
+{
+    struct scarce *scarce = user;
+    if (size == 0) {
+        scarce->blocks--;
+        free(old);
+        return NULL;
+    }
+    if (scarce->left-- <= 0)
+        return NULL;
+    void *block = realloc(old, size);
+    if (block && !old)
+        scarce->blocks++;
+    return block;
+}
+
+static void scarce_memory_is_an_error(void **state)
+{
+    struct fixture *f = *state;
+    const char *const names[] = {"s.png", "s.exr", "s.pfm"};
+    pnb_image image = wild_image(f, 40, 30, 3), out;
+    for (int n = 0; n < 3; n++) {
+        char *path = in_folder(f, names[n]);
+        assert_int_equal(pnb_image_write(f->context, path, &image), PNB_OK);
+        bool wrote = false, read = false;
+        for (int left = 1; left < 200 && !(wrote && read); left++) {
+            struct scarce scarce = {left, 0};
+            pnb_context *context;
+            assert_int_equal(pnb_context_create(&(pnb_context_desc){.reallocate = scarce_reallocate,
+                                                                    .user = &scarce},
+                                                &context),
+                             PNB_OK);
+            pnb_status status = pnb_image_write(context, path, &image);
+            wrote = status == PNB_OK;
+            assert_true(wrote || status == PNB_ERROR_MEMORY);
+            scarce.left = left;
+            status = pnb_image_read(context, path, &out);
+            read = status == PNB_OK;
+            assert_true(read || status == PNB_ERROR_MEMORY);
+            pnb_image_finish(context, &out);
+            pnb_context_destroy(context);
+            assert_int_equal(scarce.blocks, 0); /* nothing is lost on the way out */
+        }
+        assert_true(wrote && read);
+    }
+    assert_int_equal(file_count(f->folder), 3);
+    pnb_image_finish(f->context, &image);
+}
+
 /* Lab from linear RGB, the other way round, from Ottosson's text. */
 static void oklab_from_linear(const double rgb[3], double lab[3])
 {
@@ -623,8 +678,8 @@ int main(void)
         TEST(broken_files_end_in_an_error),   TEST(huge_headers_are_refused),
         TEST(files_that_cannot_be_read),      TEST(files_that_cannot_be_written),
         TEST(full_disk_leaves_the_old_file),  TEST(closed_pipe_is_an_error),
-        TEST(writing_keeps_mode_and_links),   TEST(colormaps_step_evenly),
-        TEST(error_map_shows_signs),
+        TEST(writing_keeps_mode_and_links),   TEST(scarce_memory_is_an_error),
+        TEST(colormaps_step_evenly),          TEST(error_map_shows_signs),
     };
     return cmocka_run_group_tests_name("image", tests, NULL, NULL);
 }
