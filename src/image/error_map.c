@@ -53,7 +53,7 @@ static void put_text(pnb_image *image, int x, int y, const char *text)
 {
     for (; *text; text++, x += GLYPH_WIDTH + 1)
         for (size_t g = 0; g < sizeof(GLYPHS) / sizeof(GLYPHS[0]); g++) {
-            if (GLYPHS[g].code != *text)
+            if (GLYPHS[g].code != (*text == ',' ? '.' : *text)) /* the locale may write a comma */
                 continue;
             for (int row = 0; row < GLYPH_HEIGHT; row++)
                 for (int column = 0; column < GLYPH_WIDTH; column++)

@@ -4,7 +4,6 @@
  * unchanged, NaN included. Bytes after the last row are ignored. */
 #include "image/image.h"
 
-#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -63,6 +62,23 @@ static bool next_word(const uint8_t *bytes, size_t size, size_t *at, char word[3
     return true;
 }
 
+/* The scale matters by its sign only; strtod() would read it by the program's locale. False: it is
+ * no number, or zero. */
+static bool scale_sign(const char *word, bool *out_negative)
+{
+    *out_negative = *word == '-';
+    word += *word == '-' || *word == '+';
+    size_t digits = strspn(word, "0123456789.");
+    bool zero = strspn(word, "0.") == digits;
+    const char *rest = word + digits;
+    if (*rest == 'e' || *rest == 'E') {
+        rest++;
+        rest += *rest == '-' || *rest == '+';
+        rest += strspn(rest, "0123456789");
+    }
+    return !zero && *rest == '\0';
+}
+
 pnb_status pfm_decode(pnb_context *context, const char *path, const uint8_t *bytes, size_t size,
                       pnb_image *out_image)
 {
@@ -72,12 +88,12 @@ pnb_status pfm_decode(pnb_context *context, const char *path, const uint8_t *byt
         if (!next_word(bytes, size, &at, word[i]))
             return status_fail(context, PNB_ERROR_FORMAT, path, "broken PFM header");
     int channels = strcmp(word[0], "PF") == 0 ? 3 : strcmp(word[0], "Pf") == 0 ? 1 : 0;
-    char *end[3];
+    char *end[2];
     long long width = strtoll(word[1], &end[0], 10);
     long long height = strtoll(word[2], &end[1], 10);
-    double scale = strtod(word[3], &end[2]);
-    if (channels == 0 || *end[0] || *end[1] || *end[2] || width < 1 || height < 1 ||
-        !isfinite(scale) || scale == 0)
+    bool little;
+    if (channels == 0 || *end[0] || *end[1] || width < 1 || height < 1 ||
+        !scale_sign(word[3], &little))
         return status_fail(context, PNB_ERROR_FORMAT, path, "broken PFM header");
 
     /* The size in the header is believed only as far as the file goes. */
@@ -100,7 +116,7 @@ pnb_status pfm_decode(pnb_context *context, const char *path, const uint8_t *byt
     for (long long y = height - 1; y >= 0; y--) {
         float *to = out_image->data + (size_t)y * row;
         for (size_t i = 0; i < row; i++, from += 4) {
-            uint32_t bits = load32(from, scale < 0);
+            uint32_t bits = load32(from, little);
             memcpy(to + i, &bits, 4);
         }
     }
