@@ -103,7 +103,7 @@ static void bad_lights_are_refused(void **state)
     static const double two[] = {0, 0, 0, 1, 0, 0};
     static const double flat[] = {0, 0, 0, 1, 0, 0, 2, 0, 0};
     static const double bent[] = {0, 0, 0, 1, 0, 0, 1, 1, 0.1, 0, 1, 0};
-    static const double bow[] = {0, 0, 0, 2, 0, 0, 0, 1, 0, 2, 2.5, 0};
+    static const double bow[] = {0, 0, 0, 2, 0, 0, 0, 1, 0, 3, 1.5, 0};
     static const double touch[] = {0, 0, 0, 4, 0, 0, 4, 4, 0, 2, 0, 0, 0, 4, 0};
     static const double spike[] = {0, 0, 0, 4, 0, 0, 4, 4, 0, 4, -2, 0, 3, 5, 0};
     static const double twice[] = {0, 0, 0, 0, 0, 0, 4, 0, 0, 4, 4, 0};
@@ -383,7 +383,7 @@ static void irradiance_agrees_with_brute_force(void **state)
             assert_int_equal(pnb_light_irradiance(context, &lights[k], p, n, 1, e), PNB_OK);
             q = v3_loadf(p);
             m = v3_loadf(n);
-            double slow = brute(&s, q, m, lights[k].type == PNB_LIGHT_LINE ? 200000 : 700);
+            double slow = brute(&s, q, m, lights[k].type == PNB_LIGHT_LINE ? 200000 : 500);
             enum light_facing facing = light_shape_facing(&s, q, m);
             cut += facing == LIGHT_FACING_SOME;
             lit += slow > 0;
