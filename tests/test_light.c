@@ -389,7 +389,7 @@ static void irradiance_agrees_with_brute_force(void **state)
             lit += slow > 0;
             /* The grid's own error: second order inside, first order along a cut. */
             double full = s.light.type == PNB_LIGHT_SUN ? 1 : 0.2;
-            double smooth = s.light.type == PNB_LIGHT_POLYGON ? 3e-3 : 2e-5;
+            double smooth = s.light.type == PNB_LIGHT_POLYGON ? 3e-3 : 1e-4;
             double bound = facing == LIGHT_FACING_ALL ? smooth * slow + 1e-7 : 3e-4 * full;
             if (fabs(e[0] - slow) > bound)
                 fail_msg("light %zu round %d facing %d: %.9g against %.9g", k, round, (int)facing,
