@@ -255,7 +255,7 @@ static void put_table(FILE *page, const struct compare_scene *scene)
             fprintf(page, "<td data-value=\"%.9g\"%s>", value, mark ? " class=\"best\"" : "");
             if (c == COLUMN_COUNT - 1)
                 put_count(page, (size_t)value);
-            else
+            else if (columns[c].format)
                 fprintf(page, columns[c].format, value * columns[c].factor);
             fprintf(page, "</td>");
         }
