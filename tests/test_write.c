@@ -477,6 +477,62 @@ static void numbers_keep_every_bit(void **state)
     buffer_finish(&buffer);
 }
 
+static long allocations_left;
+
+static void *failing_reallocate(void *user, void *old, size_t size)
+{
+    if (size == 0) {
+        free(old);
+        return NULL;
+    }
+    return allocations_left-- > 0 ? realloc(old, size) : NULL;
+}
+
+/* Every single allocation fails once: an error each time, nothing lost, nothing left behind. */
+static void no_memory_is_an_error(void **state)
+{
+    static const char *const names[] = {"overlap", "room", "outdoor", "three-lights"};
+    for (size_t i = 0; i < sizeof(names) / sizeof(names[0]); i++) {
+        bool done = false;
+        for (long limit = 0; !done; limit += 1 + limit / 40) {
+            pnb_context *poor;
+            pnb_scene *scene = NULL, *back = NULL;
+            char json[128], glb[128];
+            snprintf(json, sizeof(json), "%s/poor.json", folder);
+            snprintf(glb, sizeof(glb), "%s/poor.glb", folder);
+            allocations_left = 1;
+            pnb_context_desc desc = {.reallocate = failing_reallocate};
+            assert_int_equal(pnb_context_create(&desc, &poor), PNB_OK);
+            allocations_left = limit;
+            pnb_status status = scene_builtin(poor, names[i], &scene);
+            assert_true((status == PNB_OK) == (scene != NULL));
+            pnb_mesh_info info;
+            if (status == PNB_OK)
+                status = pnb_scene_mesh_info(scene, 1, &info);
+            if (status == PNB_OK)
+                status = pnb_scene_write_glb(scene, glb);
+            if (status == PNB_OK)
+                status = pnb_scene_write_json(scene, json);
+            if (status == PNB_OK && i == 0) {
+                /* The import is another's; a scene of a plane reads the same way. */
+                static const char text[] =
+                    "{\"objects\":[{\"plane\":{\"half_size\":1},\"name\":\"p\"}],\"lights\":[{"
+                    "\"type\":\"polygon\",\"vertices\":[[0,4,0],[1,4,0],[0,4,1]]}]}";
+                status = pnb_scene_parse(poor, text, strlen(text), NULL, &back);
+            }
+            if (status == PNB_ERROR_MEMORY)
+                assert_true(*pnb_context_error(poor) != 0);
+            else if (status != PNB_OK)
+                fail_msg("%s with %ld allocations: %s", names[i], limit, pnb_context_error(poor));
+            done = status == PNB_OK;
+            pnb_scene_destroy(back);
+            pnb_scene_destroy(scene);
+            pnb_context_destroy(poor);
+        }
+    }
+    clear_folder();
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -485,6 +541,7 @@ int main(void)
         cmocka_unit_test(glb_comes_back_the_same),
         cmocka_unit_test(awkward_scenes_are_written),
         cmocka_unit_test(a_full_disk_leaves_nothing),
+        cmocka_unit_test(no_memory_is_an_error),
     };
     return cmocka_run_group_tests(tests, setup, teardown);
 }
