@@ -46,6 +46,14 @@ pnb_status mesh_init(pnb_context *context, struct mesh *mesh, const pnb_mesh_des
         vec3 n = v3_loadf(desc->normals + 3 * i);
         v3_storef(mesh->normals + 3 * i, v3_finite(n) ? v3_normalize(n) : v3(0, 0, 0));
     }
+
+    mesh->bounds_min = v3(INFINITY, INFINITY, INFINITY);
+    mesh->bounds_max = v3(-INFINITY, -INFINITY, -INFINITY);
+    for (size_t i = 0; i < mesh->triangle_count * 3; i++) {
+        vec3 p = v3_loadf(mesh->positions + 3 * (size_t)mesh->indices[i]);
+        mesh->bounds_min = v3_min(mesh->bounds_min, p);
+        mesh->bounds_max = v3_max(mesh->bounds_max, p);
+    }
     return PNB_OK;
 }
 
@@ -72,12 +80,6 @@ void mesh_finish(pnb_context *context, struct mesh *mesh)
 
 void mesh_bounds(const struct mesh *mesh, vec3 *out_min, vec3 *out_max)
 {
-    vec3 low = v3(INFINITY, INFINITY, INFINITY), high = v3(-INFINITY, -INFINITY, -INFINITY);
-    for (size_t i = 0; i < mesh->triangle_count * 3; i++) {
-        vec3 p = v3_loadf(mesh->positions + 3 * (size_t)mesh->indices[i]);
-        low = v3_min(low, p);
-        high = v3_max(high, p);
-    }
-    *out_min = low;
-    *out_max = high;
+    *out_min = mesh->bounds_min;
+    *out_max = mesh->bounds_max;
 }

@@ -37,7 +37,8 @@ struct mesh {
     float *normals;    /* vertex_count x 3, or NULL */
     uint32_t *indices; /* triangle_count x 3 */
     size_t vertex_count, triangle_count;
-    struct mesh_edges *edges; /* made by mesh_get_edges(); NULL before that */
+    vec3 bounds_min, bounds_max; /* of the vertices that triangles use; inf if there is none */
+    struct mesh_edges *edges;    /* made by mesh_get_edges(); NULL before that */
 };
 
 /* Copies and checks: PNB_ERROR_SCENE names the first index out of range or the first position that
@@ -51,7 +52,7 @@ pnb_status mesh_get_edges(pnb_context *context, struct mesh *mesh,
 /* For tests: NULL, or what is wrong with the structure. */
 const char *mesh_edges_validate(const struct mesh *mesh, const struct mesh_edges *edges);
 
-void mesh_bounds(const struct mesh *mesh, vec3 *out_min,
-                 vec3 *out_max); /* of used vertices; inf if none */
+/* Mesh space, known since mesh_init(). */
+void mesh_bounds(const struct mesh *mesh, vec3 *out_min, vec3 *out_max);
 
 #endif

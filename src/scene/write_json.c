@@ -137,7 +137,7 @@ static pnb_status add_file(struct writer *w, const struct mesh *mesh, char **out
     }
     snprintf(path, size, "%s-%s.obj", w->stem, part);
     /* Every round that finds the name taken rules out one number, so this ends. */
-    for (size_t number = 2, i = 0; i < w->file_count; i++)
+    for (size_t number = w->file_count + 1, i = 0; i < w->file_count; i++)
         if (strcasecmp(w->files[i], path) == 0) {
             snprintf(path, size, "%s-%s-%zu.obj", w->stem, part, number++);
             i = (size_t)-1;

@@ -1,4 +1,5 @@
-/* Any bytes as a scene file. Mesh files are not opened: a tetrahedron stands for each. */
+/* Any bytes as a scene file, and as a light object alone. Mesh files are not opened: a tetrahedron
+ * stands for each. */
 #include <stddef.h>
 #include <stdint.h>
 #include <stdlib.h>
@@ -32,8 +33,6 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
         if (!(exposure > 0) || !isfinite(exposure) || pnb_scene_object_count(scene) == 0 ||
             !pnb_scene_bounds(scene, low, high) || !isfinite(high[0] - low[0]))
             abort();
-        /* A light object alone, too. */
-        pnb_scene_clear_lights(scene);
     } else {
         /* An error is one line that names the file. */
         const char *error = pnb_context_error(context);
@@ -41,6 +40,19 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
             abort();
     }
     pnb_scene_destroy(scene);
+
+    /* The same bytes as a light of the command line. */
+    char *text = malloc(size + 1);
+    if (text && pnb_scene_create(context, &scene) == PNB_OK) {
+        if (size > 0)
+            memcpy(text, data, size);
+        text[size] = 0;
+        if (pnb_scene_add_light_json(scene, text, NULL) == PNB_OK &&
+            pnb_scene_light_count(scene) != 1)
+            abort();
+        pnb_scene_destroy(scene);
+    }
+    free(text);
     pnb_context_destroy(context);
     return 0;
 }
