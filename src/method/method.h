@@ -42,6 +42,7 @@ void solver_warn(pnb_solver *solver, const char *format, ...) __attribute__((for
 const struct method *method_find(const char *name); /* NULL: none of that name */
 
 /* The rooms, each defined in its own folder. */
+extern const struct method method_exact;
 extern const struct method method_reference;
 
 #endif

@@ -6,6 +6,7 @@
 
 static const struct method *const methods[] = {
     &method_reference,
+    &method_exact,
 };
 
 static const char default_method[] = "reference";

@@ -1,0 +1,307 @@
+/* method/exact/exact.c: visibility of area lights without noise: the record, and a frame's work.
+ *
+ * create: clusters per mesh (exact_scene.c). visibility: the light becomes a grid of samples
+ * (exact_light.c); receivers are grouped to tiles of up to 64 neighbours, 8x8 pixels of an image or
+ * runs along a Morton curve; each tile is solved by itself (exact_tile.c). Nothing is kept between
+ * frames. Results depend on the tile's receivers alone, never on threads.
+ */
+#include <stdlib.h>
+#include <string.h>
+
+#include "geom/tolerance.h"
+#include "method/exact/exact.h"
+
+#define TILE_SIDE 8
+
+struct exact {
+    struct exact_scene *scene;
+    const struct exact_kernel *kernel;
+    bool area, triangles_only;
+    struct exact_work *works;
+    int work_count;
+};
+
+static void finish_works(pnb_solver *solver)
+{
+    struct exact *exact = solver->state;
+    for (int i = 0; i < exact->work_count; i++)
+        exact_work_finish(&exact->works[i]);
+    memory_free(solver->context, exact->works);
+    exact->works = NULL;
+    exact->work_count = 0;
+}
+
+static pnb_status init_works(pnb_solver *solver)
+{
+    struct exact *exact = solver->state;
+    finish_works(solver);
+    int count = pnb_context_threads(solver->context);
+    exact->works = memory_calloc(solver->context, (size_t)count, sizeof(*exact->works));
+    if (!exact->works)
+        return status_no_memory(solver->context, (size_t)count * sizeof(*exact->works));
+    for (exact->work_count = 0; exact->work_count < count;)
+        if (!exact_work_init(solver->context, exact->scene, &exact->works[exact->work_count++]))
+            return status_no_memory(solver->context, exact->scene->slots_max);
+    return PNB_OK;
+}
+
+static pnb_status exact_create(pnb_solver *solver)
+{
+    struct exact *exact = memory_calloc(solver->context, 1, sizeof(*exact));
+    if (!exact)
+        return status_no_memory(solver->context, sizeof(*exact));
+    solver->state = exact;
+    const char *cpu = getenv("PNB_CPU");
+    exact->kernel = exact_kernel_choose(cpu);
+    if (!exact->kernel)
+        return status_fail(solver->context, PNB_ERROR_DEVICE, "PNB_CPU",
+                           "'%s' is none of c, avx2, avx512 or lacks on this processor", cpu);
+    exact->area = strcmp(solver_param(solver, "exact-area"), "off") != 0;
+    exact->triangles_only = strcmp(solver_param(solver, "path"), "triangles") == 0;
+    pnb_status status = exact_scene_create(solver->scene, &exact->scene);
+    if (status == PNB_OK)
+        status = init_works(solver);
+    return status;
+}
+
+static void exact_destroy(pnb_solver *solver)
+{
+    struct exact *exact = solver->state;
+    if (!exact)
+        return;
+    finish_works(solver);
+    exact_scene_destroy(solver->context, exact->scene);
+    memory_free(solver->context, exact);
+}
+
+static pnb_status exact_update(pnb_solver *solver, pnb_update update)
+{
+    struct exact *exact = solver->state;
+    const pnb_scene *scene = solver->scene;
+    if (scene->object_count != exact->scene->object_count ||
+        scene->mesh_count != exact->scene->mesh_count)
+        return status_fail(solver->context, PNB_ERROR_ARGUMENT, "update",
+                           "objects or meshes were added; make a new solver");
+    size_t slots = exact->scene->slots_max, clusters = exact->scene->clusters_max;
+    pnb_status status = exact_scene_update(solver->scene, exact->scene, update);
+    if (status == PNB_OK &&
+        (exact->scene->slots_max > slots || exact->scene->clusters_max > clusters))
+        status = init_works(solver);
+    return status;
+}
+
+struct frame_job {
+    struct exact_job job;
+    struct exact_work *works;
+    const pnb_receivers *receivers;
+    const uint32_t *order; /* of receivers that are no image, along a curve */
+    size_t tiles_x;
+};
+
+static void add_point(const struct frame_job *frame, struct exact_work *work, size_t index,
+                      struct exact_point *points, size_t *count)
+{
+    vec3 p = v3_loadf(frame->receivers->positions + 3 * index);
+    vec3 n = v3_loadf(frame->receivers->normals + 3 * index);
+    if (!v3_finite(p) || !v3_finite(n)) {
+        frame->job.visibility[index] = NAN;
+        return;
+    }
+    const struct exact_light *light = frame->job.light;
+    vec3 lifted = v3_mad(p, n, frame->job.lift);
+    if (light->one_sided && (!(v3_dot(light->normal, v3_sub(p, light->center)) > 0) ||
+                             !(v3_dot(light->normal, v3_sub(lifted, light->center)) > 0))) {
+        frame->job.visibility[index] = 0;
+        work->stats.umbra++;
+        return;
+    }
+    points[(*count)++] = (struct exact_point){index, lifted, n};
+}
+
+static void tile_body(void *user, size_t begin, size_t end, int worker)
+{
+    const struct frame_job *frame = user;
+    struct exact_work *work = &frame->works[worker];
+    const pnb_receivers *receivers = frame->receivers;
+    for (size_t tile = begin; tile < end; tile++) {
+        struct exact_point points[EXACT_TILE];
+        size_t count = 0;
+        if (frame->order) {
+            size_t first = tile * EXACT_TILE;
+            size_t last =
+                first + EXACT_TILE < receivers->count ? first + EXACT_TILE : receivers->count;
+            for (size_t i = first; i < last; i++)
+                add_point(frame, work, frame->order[i], points, &count);
+        } else {
+            size_t width = (size_t)receivers->width, height = (size_t)receivers->height;
+            size_t x0 = tile % frame->tiles_x * TILE_SIDE, y0 = tile / frame->tiles_x * TILE_SIDE;
+            for (size_t y = y0; y < y0 + TILE_SIDE && y < height; y++)
+                for (size_t x = x0; x < x0 + TILE_SIDE && x < width; x++)
+                    add_point(frame, work, y * width + x, points, &count);
+        }
+        if (count > 0)
+            exact_tile(&frame->job, work, points, count);
+    }
+}
+
+struct place {
+    uint64_t key;
+    uint32_t index;
+};
+
+static uint64_t spread(uint64_t x) /* 21 bits, two zeros after each */
+{
+    x &= 0x1fffff;
+    x = (x | x << 32) & 0x1f00000000ffffull;
+    x = (x | x << 16) & 0x1f0000ff0000ffull;
+    x = (x | x << 8) & 0x100f00f00f00f00full;
+    x = (x | x << 4) & 0x10c30c30c30c30c3ull;
+    return (x | x << 2) & 0x1249249249249249ull;
+}
+
+static int compare_places(const void *a, const void *b)
+{
+    const struct place *x = a, *y = b;
+    if (x->key != y->key)
+        return x->key < y->key ? -1 : 1;
+    return (x->index > y->index) - (x->index < y->index);
+}
+
+/* Points of no order: along the Morton curve of their bounds; those that are no number come last.
+ */
+static pnb_status order_points(pnb_context *context, const pnb_receivers *receivers,
+                               uint32_t **out_order)
+{
+    size_t count = receivers->count;
+    uint32_t *order = memory_alloc(context, count, sizeof(*order));
+    struct place *places = memory_alloc(context, count, sizeof(*places));
+    if (!order || !places || count > UINT32_MAX) {
+        memory_free(context, order);
+        memory_free(context, places);
+        return status_no_memory(context, count * sizeof(*places));
+    }
+    vec3 low = v3(INFINITY, INFINITY, INFINITY), high = v3(-INFINITY, -INFINITY, -INFINITY);
+    for (size_t i = 0; i < count; i++) {
+        vec3 p = v3_loadf(receivers->positions + 3 * i);
+        if (v3_finite(p))
+            low = v3_min(low, p), high = v3_max(high, p);
+    }
+    double size = v3_max_abs(v3_sub(high, low));
+    double scale = size > 0 && isfinite(size) ? 2097151 / size : 0;
+    for (size_t i = 0; i < count; i++) {
+        vec3 p = v3_loadf(receivers->positions + 3 * i);
+        places[i].index = (uint32_t)i;
+        places[i].key = UINT64_MAX;
+        if (v3_finite(p)) {
+            vec3 q = v3_scale(v3_sub(p, low), scale);
+            places[i].key =
+                spread((uint64_t)q.x) | spread((uint64_t)q.y) << 1 | spread((uint64_t)q.z) << 2;
+        }
+    }
+    qsort(places, count, sizeof(*places), compare_places);
+    for (size_t i = 0; i < count; i++)
+        order[i] = places[i].index;
+    memory_free(context, places);
+    *out_order = order;
+    return PNB_OK;
+}
+
+static pnb_status exact_visibility(pnb_solver *solver, const pnb_light *light,
+                                   const pnb_receivers *receivers, float *visibility)
+{
+    struct exact *exact = solver->state;
+    pnb_context *context = solver->context;
+    struct exact_light shape;
+    pnb_status status = exact_light_init(context, light, solver->samples, exact->area, &shape);
+    if (status != PNB_OK)
+        return status;
+    uint32_t *order = NULL;
+    struct frame_job frame = {
+        .job = {.scene = exact->scene,
+                .light = &shape,
+                .kernel = exact->kernel,
+                .lift = scene_receiver_lift(solver->scene),
+                .triangles_only = exact->triangles_only,
+                .visibility = visibility},
+        .works = exact->works,
+        .receivers = receivers,
+    };
+    for (int i = 0; i < exact->work_count; i++)
+        if (!exact_work_prepare(&exact->works[i], &shape.grid, exact->area)) {
+            status = status_no_memory(context, exact_cover_size(&shape.grid) * 4);
+            goto done;
+        }
+    size_t tiles;
+    if (receivers->width > 0 && receivers->height > 0) {
+        frame.tiles_x = ((size_t)receivers->width + TILE_SIDE - 1) / TILE_SIDE;
+        tiles = frame.tiles_x * (((size_t)receivers->height + TILE_SIDE - 1) / TILE_SIDE);
+    } else {
+        status = order_points(context, receivers, &order);
+        if (status != PNB_OK)
+            goto done;
+        frame.order = order;
+        tiles = (receivers->count + EXACT_TILE - 1) / EXACT_TILE;
+    }
+    status = parallel_for_progress(context, "visibility", 0, 1, tiles, 4, tile_body, &frame);
+
+    struct exact_stats sum = {0};
+    for (int i = 0; i < exact->work_count; i++) {
+        const struct exact_stats *s = &exact->works[i].stats;
+        sum.lit += s->lit, sum.umbra += s->umbra;
+        sum.sampled += s->sampled, sum.closed += s->closed;
+        sum.edges += s->edges, sum.triangles += s->triangles, sum.tiles += s->tiles;
+        if (exact->works[i].no_memory && status == PNB_OK)
+            status = status_no_memory(context, exact->works[i].edges.open_capacity);
+    }
+    solver_count(solver, "lit", (double)sum.lit);
+    solver_count(solver, "umbra", (double)sum.umbra);
+    solver_count(solver, "closed-form", (double)sum.closed);
+    solver_count(solver, "sampled", (double)sum.sampled);
+    solver_count(solver, "tiles", (double)sum.tiles);
+    solver_count(solver, "edges-per-tile", sum.tiles ? (double)sum.edges / (double)sum.tiles : 0);
+    solver_count(solver, "loose-per-tile",
+                 sum.tiles ? (double)sum.triangles / (double)sum.tiles : 0);
+    solver_count(solver, "bytes-per-triangle",
+                 exact->scene->triangle_count
+                     ? (double)exact->scene->bytes / (double)exact->scene->triangle_count
+                     : 0);
+done:
+    memory_free(context, order);
+    exact_light_finish(context, &shape);
+    return status;
+}
+
+static const pnb_param_info params[] = {
+    {.key = "exact-area",
+     .type = PNB_PARAM_CHOICE,
+     .default_value = "auto",
+     .choices = "auto|on|off",
+     .summary = "measure lengths along the rows of samples instead of counting samples"},
+    {.key = "path",
+     .type = PNB_PARAM_CHOICE,
+     .default_value = "silhouette",
+     .choices = "silhouette|triangles",
+     .summary = "triangles: cover the light triangle by triangle, slow and in double precision"},
+};
+
+const struct method method_exact = {
+    .info =
+        {
+            .name = "exact",
+            .title = "noise-free area shadows",
+            .paper = "",
+            .summary = "Winds the silhouettes seen from each receiver around fixed positions on "
+                       "the light. No noise, any triangles, no acceleration by rays.",
+            .lights = (1u << PNB_LIGHT_TYPE_COUNT) - 1,
+            .receivers = PNB_RECEIVERS_ANY,
+            .processor = PNB_PROCESSOR_CPU,
+            .samples = true,
+            .default_samples = 1024,
+            .params = params,
+            .param_count = sizeof(params) / sizeof(*params),
+        },
+    .create = exact_create,
+    .destroy = exact_destroy,
+    .update = exact_update,
+    .visibility = exact_visibility,
+};

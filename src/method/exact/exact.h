@@ -1,0 +1,196 @@
+/* method/exact/exact.h: the parts of the room `exact`. See README.md for the algorithm. */
+#ifndef METHOD_EXACT_EXACT_H
+#define METHOD_EXACT_EXACT_H
+
+#include "base/base.h"
+#include "geom/vec.h"
+#include "light/light.h"
+#include "method/method.h"
+#include "silhouette/clusters.h"
+
+/* ---- the light and its samples (exact_light.c) ---- */
+
+/* Sample positions: rows over a parallelogram that contains the light. Row j lies at
+ * r = (j + row_shift) / rows; the part of it inside the light is cut into `bins` cells of equal
+ * length, counted from its left end: s bins * scale[j] + base[j]. Each cell holds one sample,
+ * place[j] behind its left end. Arrays over the grid are column-major: [column][stride], stride
+ * being rows rounded up to whole vectors, so that a vector holds one column of many rows. */
+#define EXACT_ROWS_MAX 128
+
+struct exact_grid {
+    int rows, bins, stride;
+    float row_shift;
+    float scale[EXACT_ROWS_MAX], base[EXACT_ROWS_MAX], place[EXACT_ROWS_MAX];
+    int32_t length[EXACT_ROWS_MAX]; /* of the row's part inside, in 1/256 bins: its weight */
+    int16_t *weight; /* [bins]: share of the cell inside the light, in 1/256 */
+    int16_t *inner;  /* [bins + 1]: -1 where the border before the cell may be moved */
+    double total;    /* sum of weight x length */
+};
+
+/* center + (s - 1/2) u + (r - 1/2) v. Suns: directions center + ..., infinitely far. Lines have no
+ * v and points no u either: what is missing is made up per tile, at right angles to the view. */
+struct exact_light {
+    pnb_light_type type;
+    bool sun, one_sided; /* one_sided: shines to the side of normal */
+    vec3 center, u, v, normal;
+    struct exact_grid grid;
+};
+
+pnb_status exact_light_init(pnb_context *context, const pnb_light *light, int samples, bool area,
+                            struct exact_light *out_light);
+void exact_light_finish(pnb_context *context, struct exact_light *light);
+
+/* ---- coverage of the grid (exact_cover.c, exact_kernel*.c) ---- */
+
+/* cover: [bins + 2][stride]. Column 0: the number of occluders at the row's left end; column k: its
+ * change from sample k - 2 to sample k - 1 (the row's ends being the first and the last border).
+ * rest: sum of change x (true place of the crossing - border between the two cells), in 1/256
+ * cells; NULL when only the samples themselves are asked for. */
+struct exact_cover {
+    const struct exact_grid *grid;
+    int16_t *cover, *rest;
+    int unit; /* by how much one occluder changes the count: 2 for closed ones, 1 for sheets */
+};
+
+/* A receiver in the tile's light frame; see exact_tile.c. */
+struct exact_eye {
+    float a, b, h;
+    float scale; /* a and b of an occluder point are enlarged by scale / (h - its h) */
+    float x, y;  /* place on the grid, in bins and rows, of a point with the eye's own a, b */
+};
+
+/* Edges come in blocks of 16, one array of 16 floats per field. */
+#define EXACT_LANES 16
+enum { /* an edge whose weight is known for the whole tile */
+       FIXED_A0,
+       FIXED_B0,
+       FIXED_H0,
+       FIXED_A1,
+       FIXED_B1,
+       FIXED_H1,
+       FIXED_WEIGHT,
+       FIXED_FIELDS
+};
+enum { /* an edge whose weight depends on the side of two planes on which the eye lies */
+       OPEN_A0,
+       OPEN_B0,
+       OPEN_H0,
+       OPEN_A1,
+       OPEN_B1,
+       OPEN_H1,
+       OPEN_P0,
+       OPEN_P1 = OPEN_P0 + 4,
+       OPEN_W0 = OPEN_P1 + 4,
+       OPEN_W1,
+       OPEN_FIELDS
+};
+
+struct exact_edges {
+    float *fixed, *open;                  /* blocks */
+    size_t fixed_count, open_count;       /* edges */
+    size_t fixed_capacity, open_capacity; /* floats */
+};
+
+struct exact_kernel {
+    const char *name;
+    /* Adds the edges as the eye sees them. */
+    void (*edges)(const struct exact_edges *edges, const struct exact_eye *eye,
+                  const struct exact_cover *cover);
+    /* The visible share of grid->total. */
+    double (*resolve)(const struct exact_cover *cover);
+};
+
+/* The best one that the processor has, or the one that PNB_CPU names (c, avx2, avx512); NULL if
+ * that is none or the processor lacks it. */
+const struct exact_kernel *exact_kernel_choose(const char *name);
+extern const struct exact_kernel exact_kernel_c, exact_kernel_avx2, exact_kernel_avx512;
+
+size_t exact_cover_size(const struct exact_grid *grid); /* elements of cover and of rest */
+void exact_cover_clear(const struct exact_cover *cover);
+
+/* What an eye sees of the light: e(s, r) = center + (s - 1/2) u + (r - 1/2) v is the vector from
+ * the eye to the light. reach: occluders count up to this share of e; 0: without end. */
+struct exact_view {
+    vec3 center, u, v;
+    double reach;
+};
+
+/* One triangle, its corners relative to the eye, clipped in homogeneous coordinates: any position.
+ * Double precision. */
+void exact_cover_triangle(const struct exact_cover *cover, const struct exact_view *view,
+                          const vec3 corners[3]);
+/* All samples with n.e + lift <= 0: those below the receiver's tangent plane. */
+void exact_cover_below(const struct exact_cover *cover, const struct exact_view *view, vec3 n,
+                       double lift);
+/* For grids of one row, and as the twin of the vector versions. */
+double exact_cover_resolve(const struct exact_cover *cover);
+
+/* ---- occluders (exact_scene.c) ---- */
+
+struct exact_instance {
+    const struct clusters *clusters;
+    double world_from_mesh[12], mesh_from_world[12];
+    vec3 low, high; /* world bounds */
+};
+
+struct exact_scene {
+    struct clusters **meshes; /* per mesh of the scene; NULL: casts nowhere */
+    struct clusters **baked;  /* per object: made of its own when the placement is not invertible */
+    size_t mesh_count, object_count;
+    struct exact_instance *instances;
+    size_t instance_count;
+    size_t slots_max, clusters_max; /* of any instance's mesh */
+    size_t bytes, triangle_count;
+};
+
+pnb_status exact_scene_create(pnb_scene *scene, struct exact_scene **out_scene);
+void exact_scene_destroy(pnb_context *context, struct exact_scene *scene);
+pnb_status exact_scene_update(pnb_scene *scene, struct exact_scene *exact, pnb_update update);
+
+/* ---- tiles (exact_tile.c) ---- */
+
+#define EXACT_TILE 64 /* receivers at most */
+
+struct exact_point {
+    size_t index; /* of the receiver */
+    vec3 p, n;    /* lifted position, normal */
+};
+
+struct exact_job {
+    const struct exact_scene *scene;
+    const struct exact_light *light;
+    const struct exact_kernel *kernel;
+    double lift;
+    bool triangles_only; /* every triangle by itself: the slow path everywhere */
+    float *visibility;
+};
+
+struct exact_stats {
+    size_t lit, umbra, sampled, closed;
+    size_t edges, triangles, tiles; /* sums over tiles */
+};
+
+/* What one thread needs; grows as it works. */
+struct exact_work {
+    pnb_context *context;
+    uint8_t *state, *cluster_state;
+    uint32_t *kept;
+    struct exact_edges edges;
+    int unit; /* of the tile's occluders */
+    vec3 (*loose)[3];
+    size_t loose_count, loose_capacity;
+    int16_t *cover, *rest;
+    struct exact_stats stats;
+    bool no_memory;
+};
+
+bool exact_work_init(pnb_context *context, const struct exact_scene *scene,
+                     struct exact_work *work);
+bool exact_work_prepare(struct exact_work *work, const struct exact_grid *grid, bool area);
+void exact_work_finish(struct exact_work *work);
+
+/* Visibility of up to EXACT_TILE receivers, all on the light's lit side. */
+void exact_tile(const struct exact_job *job, struct exact_work *work,
+                const struct exact_point *points, size_t count);
+
+#endif

@@ -1,0 +1,156 @@
+/* method/exact/exact_cover.c: occluders one by one on the light's grid, in double precision, and
+ * the answer read off the grid. The slow and obvious part: no assumption about the occluder.
+ *
+ * With e(s, r) the vector from eye to light point, a triangle q0 q1 q2 (relative to the eye) is met
+ * by the ray along e where the three products e.(q_i x q_j) have the sign that makes e run through
+ * the triangle from its front, and 0 < t < reach with t = q0.N / e.N. All four are linear in (s,
+ * r), so that a row's samples behind the triangle are one interval, and nothing is ever divided by
+ * a height: corners behind the eye or beyond the light need no clipping.
+ */
+#include <string.h>
+
+#include "method/exact/exact.h"
+
+size_t exact_cover_size(const struct exact_grid *grid)
+{
+    return (size_t)(grid->bins + 2) * (size_t)grid->stride;
+}
+
+void exact_cover_clear(const struct exact_cover *cover)
+{
+    size_t size = exact_cover_size(cover->grid);
+    memset(cover->cover, 0, size * sizeof(*cover->cover));
+    if (cover->rest)
+        memset(cover->rest, 0, size * sizeof(*cover->rest));
+}
+
+/* A crossing at x cells, seen from the left; column k as in struct exact_cover. */
+static void add_crossing(const struct exact_cover *cover, int row, int k, double x, int change)
+{
+    const struct exact_grid *grid = cover->grid;
+    size_t at = (size_t)(k * grid->stride + row);
+    cover->cover[at] = (int16_t)(cover->cover[at] + change);
+    if (cover->rest) {
+        int rest = (int)lrint(256 * (fmin(fmax(x, 0), grid->bins) - (k - 1)));
+        cover->rest[at] = (int16_t)(cover->rest[at] + change * rest);
+    }
+}
+
+/* One more occluder between low and high, in bins of the parallelogram, both included. */
+static void add_interval(const struct exact_cover *cover, int row, double low, double high)
+{
+    const struct exact_grid *grid = cover->grid;
+    double place = grid->place[row];
+    low = low * grid->scale[row] + grid->base[row];
+    high = high * grid->scale[row] + grid->base[row];
+    if (!(low <= high) || high < 0 || low > grid->bins)
+        return;
+    int first = low <= 0 ? 0 : 1 + (int)fmin(fmax(ceil(low - place), 0), grid->bins);
+    int end = 1 + (int)fmin(fmax(floor(high - place) + 1, 0), grid->bins);
+    add_crossing(cover, row, first, low, 1);
+    add_crossing(cover, row, end, high, -1);
+}
+
+/* Linear in bins x and row j: value = base + x step_x + j step_j. */
+struct linear {
+    double base, step_x, step_j;
+};
+
+static struct linear linear_along(const struct exact_cover *cover, const struct exact_view *view,
+                                  vec3 n, double constant)
+{
+    const struct exact_grid *grid = cover->grid;
+    double u = v3_dot(n, view->u), v = v3_dot(n, view->v);
+    struct linear f;
+    f.step_x = u / grid->bins;
+    f.step_j = v / grid->rows;
+    f.base =
+        v3_dot(n, view->center) - 0.5 * u + v * (grid->row_shift / grid->rows - 0.5) + constant;
+    return f;
+}
+
+/* Cuts [low, high] to where f >= 0. */
+static inline void cut(const struct linear *f, int row, double *low, double *high)
+{
+    double at_zero = f->base + row * f->step_j;
+    if (f->step_x > 0)
+        *low = fmax(*low, -at_zero / f->step_x);
+    else if (f->step_x < 0)
+        *high = fmin(*high, -at_zero / f->step_x);
+    else if (at_zero < 0)
+        *high = -INFINITY;
+}
+
+void exact_cover_triangle(const struct exact_cover *cover, const struct exact_view *view,
+                          const vec3 q[3])
+{
+    vec3 m[3] = {v3_cross(q[0], q[1]), v3_cross(q[1], q[2]), v3_cross(q[2], q[0])};
+    vec3 n = v3_cross(v3_sub(q[1], q[0]), v3_sub(q[2], q[0]));
+    double height = -v3_dot(q[0], n); /* of the eye over the plane */
+    if (!(height != 0) || !isfinite(height))
+        return;
+    double side = height > 0 ? -1 : 1;
+    struct linear f[4];
+    for (int i = 0; i < 3; i++)
+        f[i] = linear_along(cover, view, v3_scale(m[i], side), 0);
+    if (view->reach > 0)
+        f[3] = linear_along(cover, view, v3_scale(n, side * view->reach), -fabs(height));
+    else
+        f[3] = linear_along(cover, view, v3_scale(n, side), 0);
+    for (int row = 0; row < cover->grid->rows; row++) {
+        double low = -INFINITY, high = INFINITY;
+        for (int i = 0; i < 4; i++)
+            cut(&f[i], row, &low, &high);
+        add_interval(cover, row, low, high);
+    }
+}
+
+void exact_cover_below(const struct exact_cover *cover, const struct exact_view *view, vec3 n,
+                       double lift)
+{
+    struct linear f = linear_along(cover, view, v3_scale(n, -1), -lift);
+    for (int row = 0; row < cover->grid->rows; row++) {
+        double low = -INFINITY, high = INFINITY;
+        cut(&f, row, &low, &high);
+        add_interval(cover, row, low, high);
+    }
+}
+
+/* How far the crossings between two samples move the visible length, in 1/256 cells. Where
+ * occlusion begins or ends: by the place of the border, the mean if there are several. Where the
+ * count is the same on both sides: something thinner than a bin between two visible samples, or a
+ * gap between two samples that the same single occluder hides. */
+static int crossing_move(const struct exact_cover *cover, int rest, int count, int change)
+{
+    int n = change < 0 ? -change : change;
+    if (n == 0) {
+        if (count > 0 && (count != cover->unit || rest <= 0))
+            return 0;
+        n = cover->unit;
+    } else if (count > 0 && count + change > 0) {
+        return 0;
+    }
+    int move = rest >> (n == 1 ? 0 : n <= 2 ? 1 : n <= 4 ? 2 : 3);
+    return move < -256 ? -256 : move > 256 ? 256 : move;
+}
+
+double exact_cover_resolve(const struct exact_cover *cover)
+{
+    const struct exact_grid *grid = cover->grid;
+    double sum = 0;
+    for (int row = 0; row < grid->rows; row++) {
+        int count = cover->cover[row];
+        long seen = 0;
+        for (int k = 1; k <= grid->bins + 1; k++) {
+            int at = k * grid->stride + row, cell = at - grid->stride;
+            int change = cover->cover[at];
+            if (cover->rest && grid->inner[cell])
+                seen += crossing_move(cover, cover->rest[at], count, change);
+            count = (int16_t)(count + change);
+            if (count <= 0 && k <= grid->bins)
+                seen += grid->weight[cell];
+        }
+        sum += (double)(seen * grid->length[row]);
+    }
+    return fmin(fmax(sum / grid->total, 0), 1);
+}

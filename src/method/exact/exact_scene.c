@@ -1,0 +1,164 @@
+/* method/exact/exact_scene.c: the occluders: clusters per mesh, instances per object.
+ *
+ * Clusters stay in mesh space. Moving an object changes its instance only, O(objects); deforming a
+ * mesh refits its clusters, O(its triangles). A placement that flattens its mesh cannot be
+ * inverted: such an object gets clusters of its own, made in world space and made anew when it
+ * moves.
+ */
+#include <string.h>
+
+#include "method/exact/exact.h"
+
+static bool invert(const double *m, double *out)
+{
+    double det = m34_det(m), scale = 1;
+    for (int c = 0; c < 3; c++)
+        scale *= v3_length(v3(m[c], m[4 + c], m[8 + c]));
+    if (!(fabs(det) > 1e-9 * scale) || !isfinite(1 / det))
+        return false;
+    for (int r = 0; r < 3; r++)
+        for (int c = 0; c < 3; c++) {
+            int r1 = (r + 1) % 3, r2 = (r + 2) % 3, c1 = (c + 1) % 3, c2 = (c + 2) % 3;
+            out[4 * r + c] =
+                (m[4 * c1 + r1] * m[4 * c2 + r2] - m[4 * c1 + r2] * m[4 * c2 + r1]) / det;
+        }
+    vec3 t = m34_vector(out, v3(m[3], m[7], m[11]));
+    out[3] = -t.x, out[7] = -t.y, out[11] = -t.z;
+    return true;
+}
+
+static pnb_status bake(pnb_context *context, const struct mesh *mesh, const double *placement,
+                       struct clusters **out_clusters)
+{
+    float *positions = memory_alloc(context, mesh->vertex_count, 3 * sizeof(float));
+    if (!positions)
+        return status_no_memory(context, mesh->vertex_count * 3 * sizeof(float));
+    for (size_t v = 0; v < mesh->vertex_count; v++)
+        v3_storef(positions + 3 * v, m34_point(placement, v3_loadf(mesh->positions + 3 * v)));
+    pnb_mesh_desc desc = {mesh->name,         positions,     NULL,
+                          mesh->vertex_count, mesh->indices, mesh->triangle_count};
+    struct mesh flat;
+    pnb_status status = mesh_init(context, &flat, &desc);
+    memory_free(context, positions);
+    if (status != PNB_OK)
+        return status;
+    status = clusters_create(context, &flat, out_clusters);
+    mesh_finish(context, &flat);
+    return status;
+}
+
+static void bound_instance(struct exact_instance *instance)
+{
+    const struct cluster_node *root = &instance->clusters->nodes[0];
+    instance->low = v3(INFINITY, INFINITY, INFINITY);
+    instance->high = v3(-INFINITY, -INFINITY, -INFINITY);
+    for (int i = 0; i < 8; i++) {
+        vec3 p = v3(i & 1 ? root->high[0] : root->low[0], i & 2 ? root->high[1] : root->low[1],
+                    i & 4 ? root->high[2] : root->low[2]);
+        p = m34_point(instance->world_from_mesh, p);
+        instance->low = v3_min(instance->low, p);
+        instance->high = v3_max(instance->high, p);
+    }
+}
+
+static pnb_status place(pnb_scene *scene, struct exact_scene *exact)
+{
+    static const double identity[12] = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};
+    exact->instance_count = 0;
+    exact->slots_max = exact->clusters_max = exact->triangle_count = 0;
+    for (size_t i = 0; i < scene->object_count; i++) {
+        const pnb_object *object = &scene->objects[i].info;
+        clusters_destroy(scene->context, exact->baked[i]);
+        exact->baked[i] = NULL;
+        if (!object->casts)
+            continue;
+        struct exact_instance *instance = &exact->instances[exact->instance_count];
+        instance->clusters = exact->meshes[object->mesh];
+        memcpy(instance->world_from_mesh, object->world_from_mesh, sizeof(identity));
+        if (!invert(instance->world_from_mesh, instance->mesh_from_world)) {
+            pnb_status status = bake(scene->context, &scene->meshes[object->mesh],
+                                     object->world_from_mesh, &exact->baked[i]);
+            if (status != PNB_OK)
+                return status;
+            instance->clusters = exact->baked[i];
+            memcpy(instance->world_from_mesh, identity, sizeof(identity));
+            memcpy(instance->mesh_from_world, identity, sizeof(identity));
+        }
+        const struct clusters *clusters = instance->clusters;
+        if (clusters->cluster_count == 0)
+            continue;
+        bound_instance(instance);
+        exact->instance_count++;
+        exact->triangle_count += clusters->slot_count;
+        if (clusters->slot_count > exact->slots_max)
+            exact->slots_max = clusters->slot_count;
+        if (clusters->cluster_count > exact->clusters_max)
+            exact->clusters_max = clusters->cluster_count;
+    }
+    exact->bytes = sizeof(*exact) + exact->object_count * sizeof(*exact->instances);
+    for (size_t i = 0; i < exact->mesh_count; i++)
+        exact->bytes += exact->meshes[i] ? exact->meshes[i]->bytes : 0;
+    for (size_t i = 0; i < exact->object_count; i++)
+        exact->bytes += exact->baked[i] ? exact->baked[i]->bytes : 0;
+    return PNB_OK;
+}
+
+pnb_status exact_scene_create(pnb_scene *scene, struct exact_scene **out_scene)
+{
+    pnb_context *context = scene->context;
+    *out_scene = NULL;
+    struct exact_scene *exact = memory_calloc(context, 1, sizeof(*exact));
+    if (!exact)
+        return status_no_memory(context, sizeof(*exact));
+    exact->mesh_count = scene->mesh_count;
+    exact->object_count = scene->object_count;
+    exact->meshes = memory_calloc(context, scene->mesh_count, sizeof(*exact->meshes));
+    exact->baked = memory_calloc(context, scene->object_count, sizeof(*exact->baked));
+    exact->instances = memory_calloc(context, scene->object_count, sizeof(*exact->instances));
+    pnb_status status = PNB_OK;
+    if (!exact->meshes || !exact->baked || !exact->instances)
+        status = status_no_memory(context, scene->object_count * sizeof(*exact->instances));
+    for (size_t i = 0; i < scene->object_count && status == PNB_OK; i++) {
+        size_t mesh = scene->objects[i].info.mesh;
+        if (scene->objects[i].info.casts && !exact->meshes[mesh])
+            status = clusters_create(context, &scene->meshes[mesh], &exact->meshes[mesh]);
+    }
+    if (status == PNB_OK)
+        status = place(scene, exact);
+    if (status != PNB_OK) {
+        exact_scene_destroy(context, exact);
+        return status;
+    }
+    *out_scene = exact;
+    return PNB_OK;
+}
+
+void exact_scene_destroy(pnb_context *context, struct exact_scene *exact)
+{
+    if (!exact)
+        return;
+    for (size_t i = 0; i < exact->mesh_count && exact->meshes; i++)
+        clusters_destroy(context, exact->meshes[i]);
+    for (size_t i = 0; i < exact->object_count && exact->baked; i++)
+        clusters_destroy(context, exact->baked[i]);
+    memory_free(context, exact->meshes);
+    memory_free(context, exact->baked);
+    memory_free(context, exact->instances);
+    memory_free(context, exact);
+}
+
+pnb_status exact_scene_update(pnb_scene *scene, struct exact_scene *exact, pnb_update update)
+{
+    if (update == PNB_UPDATE_VERTICES)
+        for (size_t i = 0; i < exact->mesh_count; i++) {
+            if (!exact->meshes[i] || clusters_refit(exact->meshes[i], &scene->meshes[i]))
+                continue;
+            clusters_destroy(scene->context, exact->meshes[i]);
+            exact->meshes[i] = NULL;
+            pnb_status status =
+                clusters_create(scene->context, &scene->meshes[i], &exact->meshes[i]);
+            if (status != PNB_OK)
+                return status;
+        }
+    return place(scene, exact);
+}

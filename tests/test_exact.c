@@ -1,0 +1,290 @@
+/* test_exact.c: clusters, instruction sets, updates and analytic cases of the method `exact`. */
+#define _POSIX_C_SOURCE 200809L /* setenv */
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include <cmocka.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "exact_twin.h"
+#include "scene/scene.h"
+
+static pnb_context *new_context(int threads)
+{
+    pnb_context *context;
+    pnb_context_desc desc = {.threads = threads};
+    assert_int_equal(pnb_context_create(&desc, &context), PNB_OK);
+    return context;
+}
+
+static void solve(pnb_context *context, const struct twin_case *c, const char *area, float *out)
+{
+    pnb_solver_param params[] = {{"exact-area", area}};
+    pnb_solver_desc desc = {"exact", 1024, params, 1};
+    pnb_solver *solver;
+    assert_int_equal(pnb_solver_create(context, c->scene, &desc, &solver), PNB_OK);
+    assert_int_equal(pnb_solver_visibility(solver, &c->light, &c->receivers, out), PNB_OK);
+    pnb_solver_destroy(solver);
+}
+
+static void test_clusters(void **state)
+{
+    pnb_context *context = new_context(1);
+    for (uint64_t seed = 0; seed < 60; seed++) {
+        struct twin_case c;
+        assert_true(twin_case_init(context, seed, &c));
+        for (size_t m = 0; m < c.scene->mesh_count; m++) {
+            struct clusters *clusters;
+            assert_int_equal(clusters_create(context, &c.scene->meshes[m], &clusters), PNB_OK);
+            assert_null(clusters_validate(clusters));
+            assert_true(clusters_refit(clusters, &c.scene->meshes[m]));
+            clusters_destroy(context, clusters);
+        }
+        twin_case_finish(&c);
+    }
+    pnb_context_destroy(context);
+}
+
+/* Same bits for every instruction set, thread count and run. */
+static void test_same_bits(void **state)
+{
+    static const char *const names[] = {"c", "avx2", "avx512"};
+    pnb_context *one = new_context(1), *three = new_context(3);
+    for (uint64_t seed = 0; seed < 40; seed++) {
+        struct twin_case c;
+        assert_true(twin_case_init(one, seed, &c));
+        float first[TWIN_RECEIVERS], other[TWIN_RECEIVERS];
+        for (int area = 0; area < 2; area++) {
+            setenv("PNB_CPU", "c", 1);
+            solve(one, &c, area ? "on" : "off", first);
+            for (int i = 0; i < 3; i++) {
+                if (!exact_kernel_choose(names[i]))
+                    continue;
+                setenv("PNB_CPU", names[i], 1);
+                solve(one, &c, area ? "on" : "off", other);
+                assert_memory_equal(first, other, sizeof(first));
+            }
+            unsetenv("PNB_CPU");
+            struct twin_case d;
+            assert_true(twin_case_init(three, seed, &d));
+            solve(three, &d, area ? "on" : "off", other);
+            assert_memory_equal(first, other, sizeof(first));
+            twin_case_finish(&d);
+        }
+        twin_case_finish(&c);
+    }
+    setenv("PNB_CPU", "mmx", 1);
+    pnb_scene *scene;
+    pnb_solver *solver;
+    assert_int_equal(pnb_scene_create(one, &scene), PNB_OK);
+    assert_int_equal(pnb_solver_create(one, scene, &(pnb_solver_desc){.method = "exact"}, &solver),
+                     PNB_ERROR_DEVICE);
+    unsetenv("PNB_CPU");
+    pnb_scene_destroy(scene);
+    pnb_context_destroy(one);
+    pnb_context_destroy(three);
+}
+
+/* The kernels' resolve against the plain one, on random grids. */
+static void test_resolve(void **state)
+{
+    pnb_context *context = new_context(1);
+    struct twin_random random = {7};
+    pnb_light light = {.type = PNB_LIGHT_DISK, .shape.disk = {{0, 0, 0}, {0, 1, 0}, 1}};
+    struct exact_light shape;
+    assert_int_equal(exact_light_init(context, &light, 1024, true, &shape), PNB_OK);
+    size_t size = exact_cover_size(&shape.grid);
+    int16_t *cells = calloc(2 * size, sizeof(*cells));
+    struct exact_cover cover = {&shape.grid, cells, cells + size, 2};
+    static const char *const names[] = {"c", "avx2", "avx512"};
+    for (int run = 0; run < 300; run++) {
+        exact_cover_clear(&cover);
+        cover.unit = 1 + run % 2;
+        for (int i = twin_below(&random, 400); i > 0; i--) {
+            int row = twin_below(&random, shape.grid.rows),
+                a = twin_below(&random, shape.grid.bins);
+            int b = a + twin_below(&random, shape.grid.bins - a), by = 1 + twin_below(&random, 2);
+            for (int end = 0; end < 2; end++) {
+                int at = (end ? b : a) * shape.grid.stride + row, c = end ? -by : by;
+                cover.cover[at] = (int16_t)(cover.cover[at] + c);
+                cover.rest[at] = (int16_t)(cover.rest[at] + c * (twin_below(&random, 513) - 256));
+            }
+        }
+        double plain = exact_cover_resolve(&cover);
+        for (int i = 0; i < 3; i++) {
+            const struct exact_kernel *kernel = exact_kernel_choose(names[i]);
+            if (kernel)
+                assert_true(kernel->resolve(&cover) == plain);
+        }
+    }
+    free(cells);
+    exact_light_finish(context, &shape);
+    pnb_context_destroy(context);
+}
+
+static void test_twin(void **state)
+{
+    pnb_context *context = new_context(0);
+    for (uint64_t seed = 5000; seed < 5030; seed++) {
+        struct twin_case c;
+        assert_true(twin_case_init(context, seed, &c));
+        float visibility[TWIN_RECEIVERS], area[TWIN_RECEIVERS];
+        double truth[TWIN_RECEIVERS];
+        solve(context, &c, "off", visibility);
+        solve(context, &c, "on", area);
+        twin_visibility(context, &c, 1024, truth);
+        for (size_t i = 0; i < c.receivers.count; i++) {
+            assert_true(fabs(visibility[i] - truth[i]) < 0.005);
+            if (c.light.type != PNB_LIGHT_POINT)
+                assert_true(fabs(area[i] - truth[i]) < 0.08);
+        }
+        twin_case_finish(&c);
+    }
+    pnb_context_destroy(context);
+}
+
+/* Moving objects and vertices, and solving, is the same as starting anew. */
+static void test_update(void **state)
+{
+    pnb_context *context = new_context(1);
+    struct twin_random random = {99};
+    for (uint64_t seed = 0; seed < 30; seed++) {
+        struct twin_case c;
+        assert_true(twin_case_init(context, seed, &c));
+        pnb_solver *solver;
+        pnb_solver_desc desc = {.method = "exact"};
+        float moved[TWIN_RECEIVERS], anew[TWIN_RECEIVERS];
+        assert_int_equal(pnb_solver_create(context, c.scene, &desc, &solver), PNB_OK);
+        for (size_t o = 0; o < pnb_scene_object_count(c.scene); o++) {
+            pnb_object object;
+            pnb_scene_object(c.scene, o, &object);
+            object.world_from_mesh[3] += 0.1 * twin_uniform(&random);
+            object.world_from_mesh[5] *= twin_below(&random, 4) ? 1 : 0;
+            assert_int_equal(pnb_scene_set_placement(c.scene, o, object.world_from_mesh), PNB_OK);
+        }
+        assert_int_equal(pnb_solver_update(solver, PNB_UPDATE_PLACEMENTS), PNB_OK);
+        pnb_mesh_desc mesh;
+        pnb_scene_mesh(c.scene, 0, &mesh);
+        float *positions = malloc(mesh.vertex_count * 3 * sizeof(float));
+        bool tear = seed % 2;
+        for (size_t v = 0; v < 3 * mesh.vertex_count; v++)
+            positions[v] =
+                mesh.positions[v] * 1.25f + (tear ? 0.05f * (float)twin_uniform(&random) : 0);
+        assert_int_equal(pnb_scene_set_vertices(c.scene, 0, positions, NULL), PNB_OK);
+        free(positions);
+        assert_int_equal(pnb_solver_update(solver, PNB_UPDATE_VERTICES), PNB_OK);
+        assert_int_equal(pnb_solver_visibility(solver, &c.light, &c.receivers, moved), PNB_OK);
+        pnb_solver_destroy(solver);
+        assert_int_equal(pnb_solver_create(context, c.scene, &desc, &solver), PNB_OK);
+        assert_int_equal(pnb_solver_visibility(solver, &c.light, &c.receivers, anew), PNB_OK);
+        pnb_solver_destroy(solver);
+        for (size_t i = 0; i < c.receivers.count; i++)
+            assert_true(fabsf(moved[i] - anew[i]) < 2e-3f);
+        twin_case_finish(&c);
+    }
+    pnb_context_destroy(context);
+}
+
+static size_t add_quad(pnb_scene *scene, const float *corners)
+{
+    static const uint32_t indices[] = {0, 1, 2, 0, 2, 3};
+    pnb_mesh_desc desc = {"quad", corners, NULL, 4, indices, 2};
+    pnb_object object = {
+        .name = "quad", .world_from_mesh = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0}, .casts = true};
+    size_t index;
+    assert_int_equal(pnb_scene_add_mesh(scene, &desc, &object.mesh), PNB_OK);
+    assert_int_equal(pnb_scene_add_object(scene, &object, &index), PNB_OK);
+    return index;
+}
+
+/* A half-plane half way up cuts a square light at known places: lengths along rows are exact. */
+static void test_half_plane(void **state)
+{
+    pnb_context *context = new_context(1);
+    pnb_scene *scene;
+    assert_int_equal(pnb_scene_create(context, &scene), PNB_OK);
+    add_quad(scene, (const float[]){0, 1, -9, 0, 1, 9, 9, 1, 9, 9, 1, -9});
+    pnb_light light = {.type = PNB_LIGHT_RECTANGLE,
+                       .shape.rectangle = {{0, 2, 0}, {0.5, 0, 0}, {0, 0, 0.5}}};
+    light.shape.rectangle.half_v[2] = 0.5; /* u x v points down */
+    pnb_solver *solver;
+    assert_int_equal(
+        pnb_solver_create(context, scene, &(pnb_solver_desc){.method = "exact"}, &solver), PNB_OK);
+    float positions[3 * 41], normals[3 * 41], v[41];
+    for (int i = 0; i < 41; i++) {
+        positions[3 * i] = (float)(-0.6 + 0.03 * i), positions[3 * i + 1] = 0;
+        positions[3 * i + 2] = 0.01f * (float)i;
+        normals[3 * i] = normals[3 * i + 2] = 0, normals[3 * i + 1] = 1;
+    }
+    pnb_receivers receivers = {.count = 41, .positions = positions, .normals = normals};
+    assert_int_equal(pnb_solver_visibility(solver, &light, &receivers, v), PNB_OK);
+    for (int i = 0; i < 41; i++) {
+        /* The border x = 0 at y = 1 is seen at x = -p on the light. */
+        double seen = fmin(fmax(0.5 - positions[3 * i], 0), 1);
+        assert_true(fabs(v[i] - seen) < 0.002);
+    }
+    /* From behind the light, and below the surface. */
+    positions[1] = 3;
+    normals[4] = -1;
+    positions[6] = NAN;
+    assert_int_equal(pnb_solver_visibility(solver, &light, &receivers, v), PNB_OK);
+    assert_true(v[0] == 0);
+    assert_true(v[1] == 0);
+    assert_true(isnan(v[2]));
+    pnb_solver_destroy(solver);
+    pnb_scene_destroy(scene);
+    pnb_context_destroy(context);
+}
+
+/* 600 sheets, half of them in one place: the count wraps nowhere near. */
+static void test_deep_stack(void **state)
+{
+    pnb_context *context = new_context(1);
+    pnb_scene *scene;
+    assert_int_equal(pnb_scene_create(context, &scene), PNB_OK);
+    size_t count = 600;
+    float *positions = malloc(count * 12 * sizeof(float));
+    uint32_t *indices = malloc(count * 6 * sizeof(uint32_t));
+    for (size_t i = 0; i < count; i++) {
+        const float y = i < 300 ? 1 : 1 + 0.001f * (float)i;
+        const float quad[12] = {-1, y, -1, -1, y, 1, 1, y, 1, 1, y, -1};
+        const uint32_t k = (uint32_t)(4 * i), two[6] = {k, k + 1, k + 2, k, k + 2, k + 3};
+        memcpy(positions + 12 * i, quad, sizeof(quad));
+        memcpy(indices + 6 * i, two, sizeof(two));
+    }
+    pnb_mesh_desc desc = {"stack", positions, NULL, 4 * count, indices, 2 * count};
+    pnb_object object = {
+        .name = "stack", .world_from_mesh = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0}, .casts = true};
+    size_t index;
+    assert_int_equal(pnb_scene_add_mesh(scene, &desc, &object.mesh), PNB_OK);
+    assert_int_equal(pnb_scene_add_object(scene, &object, &index), PNB_OK);
+    free(positions);
+    free(indices);
+    pnb_light light = {.type = PNB_LIGHT_RECTANGLE,
+                       .shape.rectangle = {{0, 4, 0}, {0.5, 0, 0}, {0, 0, 0.5}}};
+    pnb_solver *solver;
+    assert_int_equal(
+        pnb_solver_create(context, scene, &(pnb_solver_desc){.method = "exact"}, &solver), PNB_OK);
+    const float p[3] = {0, 0, 0}, n[3] = {0, 1, 0};
+    float v;
+    pnb_receivers receivers = {.count = 1, .positions = p, .normals = n};
+    assert_int_equal(pnb_solver_visibility(solver, &light, &receivers, &v), PNB_OK);
+    assert_true(v == 0);
+    pnb_solver_destroy(solver);
+    pnb_scene_destroy(scene);
+    pnb_context_destroy(context);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_clusters),   cmocka_unit_test(test_same_bits),
+        cmocka_unit_test(test_resolve),    cmocka_unit_test(test_twin),
+        cmocka_unit_test(test_update),     cmocka_unit_test(test_half_plane),
+        cmocka_unit_test(test_deep_stack),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
