@@ -16,3 +16,10 @@ picture jack-in-the-box -s 960x540 -n 1024
 picture spheres-9x9 -s 480x360 -n 1024
 picture fence -s 480x360 -n 1024
 picture room -s 480x360 -n 1024
+
+mkdir -p docs/pictures/scenes
+for scene in $("$penumbra" scenes --json | sed -n 's/.*"name": *"\([^"]*\)".*/\1/p'); do
+    echo "docs/pictures/scenes/$scene.png"
+    "$penumbra" render "builtin:$scene" -m reference -o "docs/pictures/scenes/$scene.png" \
+        -s 240x180 -n 256 -q
+done

@@ -139,7 +139,7 @@ void builtin_light_in_solid(struct stage *stage, const struct builtin *row)
     shape_sphere_762(&stage->shape, v3(0.9, 0.3, 0.4), 0.3);
     stage_object(stage, "sphere", moss);
     stage_rectangle(stage, v3(0, y, 0), v3(0, 0, 0), row->light, row->light, white);
-    stage_camera(stage, v3(0.8, 3.1, 5.2), v3(0.1, 0.72, 0), 42);
+    stage_camera(stage, v3(0.8, 3.0, 5.3), v3(0.1, 0.5, 0), 46);
 }
 
 static void room_walls(struct stage *stage)
