@@ -17,6 +17,7 @@ struct sweep_edge {
      * last point up to the next edge's. */
     uint32_t low, high, last;
     int32_t gap_x; /* where its trapezoid begins */
+    bool grazed;   /* a point already passed lies within two grid units: it must not be bent */
 };
 
 /* A point of a gap's chain. owner: what lies to the left of the link to the node above: a half-edge

@@ -136,6 +136,15 @@ static bool ordered(const struct sweep_edge *f, const struct sweep_edge *g)
     return side(g, f->l) < 0;
 }
 
+/* Remembers of an edge of the status that the point at hand nearly touches it. */
+static inline void note_graze(struct sweep_edge *e, struct planar_point p)
+{
+    int64_t s = side(e, p);
+    int64_t reach =
+        (int64_t)(e->r.x - e->l.x) + (e->r.y > e->l.y ? e->r.y - e->l.y : e->l.y - e->r.y);
+    e->grazed |= s <= reach && s >= -reach; /* distance times length, length at most reach */
+}
+
 /* Cuts an edge of the status at p; the rest starts there later. Returns the rest or PLANAR_NONE. */
 static uint32_t cut(struct planar_workspace *w, uint32_t id, struct planar_point p)
 {
@@ -166,8 +175,8 @@ static void check_pair(struct planar_workspace *w, size_t i, struct planar_point
         return;
     }
     struct planar_point c = crossing_point(f, g);
-    if (!planar_before(p, c) || planar_before(f->r, c) || planar_before(g->r, c) ||
-        depth > BEND_DEPTH_MAX) {
+    if ((f->grazed && side(f, c) != 0) || (g->grazed && side(g, c) != 0) || !planar_before(p, c) ||
+        planar_before(f->r, c) || planar_before(g->r, c) || depth > BEND_DEPTH_MAX) {
         w->trouble = true;
         return;
     }
@@ -402,6 +411,11 @@ static void meet(struct planar_workspace *w, struct planar_point p, uint32_t id,
             w->incoming[e->rid] = starters[i];
     }
     memory_free(w->context, large);
+
+    if (lo > 0)
+        note_graze(&w->work[w->status[lo - 1]], p);
+    if (lo + count < w->status_count)
+        note_graze(&w->work[w->status[lo + count]], p);
 
     /* New neighbours. */
     if (lo > 0 && lo < w->status_count)
