@@ -44,5 +44,6 @@ const struct method *method_find(const char *name); /* NULL: none of that name *
 /* The rooms, each defined in its own folder. */
 extern const struct method method_exact;
 extern const struct method method_reference;
+extern const struct method method_planar;
 
 #endif

@@ -7,6 +7,7 @@
 static const struct method *const methods[] = {
     &method_reference,
     &method_exact,
+    &method_planar,
 };
 
 static const char default_method[] = "reference";

@@ -1,0 +1,308 @@
+/* method/planar/planar.c: the method `planar`: geometric area shadows on planes (Boehl and
+ * Stuerzlinger 2006), looked up at the receivers.
+ *
+ *   create: receiver planes, occluders in their frames, edges
+ *   visibility: a mesh per plane and convex piece of the light (build.c, or refine.c when a
+ * tolerance is asked for), then 1 - interpolated shadow at each receiver (locate.c)
+ *
+ * Receivers that are not on such a plane get NaN. All CPU; the meshes are built on one thread, the
+ * look-ups run on all.
+ */
+#include <string.h>
+
+#include "method/planar/room.h"
+
+struct planar_state {
+    struct shadow_builder builder;
+    struct shadow_settings settings;
+    struct shadow_plane *planes;
+    size_t plane_count;
+    bool stale;
+    struct shadow_part part;
+};
+
+struct lookup {
+    const struct shadow_plane *plane;
+    const struct shadow_locator *locator;
+    const pnb_receivers *receivers;
+    const struct light_shape *shape;
+    double near; /* how far from the plane a receiver of unknown object may be */
+    double weight;
+    bool first;
+    float *visibility;
+};
+
+static const char *const placements[] = {"optimised", "border", "random"};
+static const char *const mends[] = {"even", "triangles", "no"};
+static const char *const fills[] = {"sweep", "nearest", "delaunay"};
+
+static int word(const char *text, const char *const *words, int count)
+{
+    for (int i = 0; i < count; i++)
+        if (strcmp(text, words[i]) == 0)
+            return i;
+    return 0;
+}
+
+void shadow_settings_read(const pnb_solver *solver, struct shadow_settings *s)
+{
+    *s = (struct shadow_settings){
+        .samples = solver->samples,
+        .placement = (enum shadow_placement)word(solver_param(solver, "placement"), placements, 3),
+        .intensity =
+            strcmp(solver_param(solver, "intensity"), "exact") == 0 ? SHADOW_EXACT : SHADOW_RING,
+        .fill = (enum planar_rule)word(solver_param(solver, "fill"), fills, 3),
+        .mend = (enum shadow_mend)word(solver_param(solver, "mend"), mends, 3),
+        .join = solver_param_number(solver, "join"),
+    };
+}
+
+static void forget_planes(pnb_solver *solver)
+{
+    struct planar_state *state = solver->state;
+    for (size_t i = 0; i < state->plane_count; i++)
+        shadow_plane_finish(solver->context, &state->planes[i]);
+    memory_free(solver->context, state->planes);
+    state->planes = NULL;
+    state->plane_count = 0;
+}
+
+/* The planes, lit from the side of `towards`. */
+static pnb_status make_planes(pnb_solver *solver, vec3 towards)
+{
+    struct planar_state *state = solver->state;
+    pnb_context *context = solver->context;
+    pnb_scene *scene = solver->scene;
+    const char *name = solver_param(solver, "receiver");
+    bool all = strcmp(name, "all") == 0;
+    forget_planes(solver);
+    state->planes = memory_calloc(context, scene->object_count + 1, sizeof(*state->planes));
+    if (!state->planes)
+        return status_no_memory(context, scene->object_count * sizeof(*state->planes));
+    size_t object = 0;
+    pnb_status status = PNB_OK;
+    if (!all || !shadow_next_receiver(scene, &object)) {
+        all = false;
+        status = shadow_find_receiver(context, scene, all ? "" : name, &object);
+    }
+    while (!status) {
+        status =
+            shadow_plane_init(context, scene, object, towards, &state->planes[state->plane_count]);
+        if (status)
+            break;
+        struct shadow_plane *plane = &state->planes[state->plane_count++];
+        if (plane->open_meshes > 0)
+            solver_warn(
+                solver,
+                "occluders are not closed (%zu open and %zu non-manifold edges): both sides "
+                "of every triangle cast",
+                plane->open_edges, plane->non_manifold_edges);
+        object++;
+        if (!all || !shadow_next_receiver(scene, &object))
+            break;
+    }
+    state->stale = false;
+    return status;
+}
+
+static pnb_status planar_create(pnb_solver *solver)
+{
+    struct planar_state *state = memory_calloc(solver->context, 1, sizeof(*state));
+    if (!state)
+        return status_no_memory(solver->context, sizeof(*state));
+    solver->state = state;
+    shadow_settings_read(solver, &state->settings);
+    if (state->settings.samples > SHADOW_SAMPLES_MAX)
+        return status_fail(solver->context, PNB_ERROR_ARGUMENT, "samples",
+                           "planar takes at most %d", SHADOW_SAMPLES_MAX);
+    pnb_status status = shadow_builder_init(solver->context, solver->scene, &state->builder);
+    if (status)
+        return status;
+    vec3 towards = v3(0, 1e9, 0);
+    if (solver->scene->light_count > 0) {
+        struct light_shape shape;
+        if (!light_shape_init(solver->context, &solver->scene->lights[0], &shape)) {
+            towards = shadow_light_middle(&shape, v3(0, 0, 0), 1e9);
+            light_shape_finish(solver->context, &shape);
+        }
+    }
+    return make_planes(solver, towards);
+}
+
+static void planar_destroy(pnb_solver *solver)
+{
+    struct planar_state *state = solver->state;
+    if (!state)
+        return;
+    forget_planes(solver);
+    shadow_part_finish(solver->context, &state->part);
+    shadow_builder_finish(&state->builder);
+    memory_free(solver->context, state);
+}
+
+static pnb_status planar_update(pnb_solver *solver, pnb_update update)
+{
+    struct planar_state *state = solver->state;
+    state->stale = true;
+    pnb_status status = shadow_builder_update(&state->builder, update);
+    if (!status && state->plane_count > 0)
+        status =
+            make_planes(solver, v3_mad(state->planes[0].frame.origin, state->planes[0].frame.n, 1));
+    return status;
+}
+
+static void lookup_body(void *user, size_t begin, size_t end, int worker)
+{
+    const struct lookup *job = user;
+    const pnb_receivers *r = job->receivers;
+    const struct shadow_plane *plane = job->plane;
+    uint32_t hint = PLANAR_NONE;
+    for (size_t i = begin; i < end; i++) {
+        vec3 p = v3_loadf(r->positions + 3 * i), n = v3_loadf(r->normals + 3 * i);
+        if (!v3_finite(p) || !v3_finite(n))
+            continue;
+        double facing = v3_dot(n, plane->frame.n);
+        vec3 q = silhouette_to_plane(&plane->frame, p);
+        if (r->objects ? r->objects[i] != plane->object
+                       : fabs(q.z) > job->near || fabs(facing) < 0.9999 || q.x < plane->lo[0] ||
+                             q.x > plane->hi[0] || q.y < plane->lo[1] || q.y > plane->hi[1])
+            continue;
+        /* The other side of the plane sees nothing of the light. */
+        double shadow = facing > 0 ? shadow_at(job->locator, q.x, q.y, &hint) : 1;
+        float seen = (float)(job->weight * (1 - fmin(1, fmax(0, shadow))));
+        job->visibility[i] = job->first ? seen : job->visibility[i] + seen;
+    }
+}
+
+static pnb_status look_up(pnb_solver *solver, struct lookup *job, const struct shadow_part *part)
+{
+    struct shadow_locator locator;
+    pnb_status status = shadow_locator_init(solver->context, part, &locator);
+    if (status)
+        return status;
+    job->locator = &locator;
+    parallel_for(solver->context, job->receivers->count, 4096, lookup_body, job);
+    shadow_locator_finish(solver->context, &locator);
+    return PNB_OK;
+}
+
+static pnb_status planar_visibility(pnb_solver *solver, const pnb_light *light,
+                                    const pnb_receivers *receivers, float *visibility)
+{
+    struct planar_state *state = solver->state;
+    pnb_context *context = solver->context;
+    struct light_shape shape;
+    struct shadow_cluster *clusters = NULL;
+    size_t cluster_count = 0, triangles = 0;
+    for (size_t i = 0; i < receivers->count; i++)
+        visibility[i] = NAN;
+    pnb_status status = light_shape_init(context, light, &shape);
+    if (status)
+        return status;
+    status = shadow_clusters(context, &shape, &clusters, &cluster_count);
+    memset(&state->builder.times, 0, sizeof(state->builder.times));
+    double look_ms = 0;
+    for (size_t i = 0; i < state->plane_count && !status; i++) {
+        struct shadow_plane *plane = &state->planes[i];
+        vec3 towards = shadow_light_middle(&shape, plane->frame.origin, 1e6);
+        if (v3_dot(v3_sub(towards, plane->frame.origin), plane->frame.n) < 0) {
+            size_t object = plane->object;
+            shadow_plane_finish(context, plane);
+            status = shadow_plane_init(context, solver->scene, object, towards, plane);
+        }
+        struct lookup job = {.plane = plane,
+                             .receivers = receivers,
+                             .shape = &shape,
+                             .near = 8 * scene_receiver_lift(solver->scene),
+                             .visibility = visibility};
+        for (size_t c = 0; c < cluster_count && !status; c++) {
+            status = shadow_build(&state->builder, plane, &shape, &clusters[c], &state->settings,
+                                  &state->part);
+            double started = clock_ms();
+            job.weight = clusters[c].weight;
+            job.first = c == 0;
+            triangles += state->part.triangle_count;
+            if (!status)
+                status = look_up(solver, &job, &state->part);
+            look_ms += clock_ms() - started;
+        }
+    }
+    const struct shadow_times *t = &state->builder.times;
+    solver_count(solver, "triangles", (double)triangles);
+    solver_count(solver, "silhouette_edges", (double)t->silhouette_edges);
+    solver_count(solver, "crossings", (double)t->crossings);
+    solver_count(solver, "careful_sweeps", (double)t->careful);
+    solver_count(solver, "silhouettes_ms", t->silhouettes_ms);
+    solver_count(solver, "outlines_ms", t->outlines_ms);
+    solver_count(solver, "rings_ms", t->rings_ms);
+    solver_count(solver, "fill_ms", t->fill_ms);
+    solver_count(solver, "values_ms", t->values_ms);
+    solver_count(solver, "look_up_ms", look_ms);
+    memory_free(context, clusters);
+    light_shape_finish(context, &shape);
+    return status;
+}
+
+static const pnb_param_info params[] = {
+    {.key = "receiver",
+     .type = PNB_PARAM_TEXT,
+     .default_value = "",
+     .summary = "object whose plane receives, or 'all' planes; default: the largest plane"},
+    {.key = "placement",
+     .type = PNB_PARAM_CHOICE,
+     .default_value = "optimised",
+     .choices = "optimised|border|random",
+     .summary = "where on the light the samples lie; 'border' is the paper's advice"},
+    {.key = "intensity",
+     .type = PNB_PARAM_CHOICE,
+     .default_value = "ring",
+     .choices = "ring|exact",
+     .summary =
+         "values by the number of the ring (the paper), or exact visibility at the vertices"},
+    {.key = "fill",
+     .type = PNB_PARAM_CHOICE,
+     .default_value = "nearest",
+     .choices = "nearest|delaunay|sweep",
+     .summary =
+         "triangles between rings: the paper's nearest point, constrained Delaunay, as swept"},
+    {.key = "mend",
+     .type = PNB_PARAM_CHOICE,
+     .default_value = "even",
+     .choices = "even|triangles|no",
+     .summary =
+         "leaks at crossings on the innermost and outermost ring: an even umbra, the paper's "
+         "triangles, or left"},
+    {.key = "join",
+     .type = PNB_PARAM_NUMBER,
+     .default_value = "0",
+     .minimum = 0,
+     .maximum = 1e6,
+     .summary = "metres: lines nearer than this become one"},
+};
+
+const struct method method_planar = {
+    .info =
+        {
+            .name = "planar",
+            .title = "Planar shadow geometry",
+            .paper = "Boehl, Stuerzlinger: Real-Time Computation of Area Shadows - A Geometrical "
+                     "Algorithm, 2006",
+            .summary =
+                "Silhouettes seen from light samples, projected onto a plane and merged by "
+                "winding number into rings; the strips between them are triangles with linear "
+                "intensity. Also as a mesh: penumbra shadow.",
+            .lights = PNB_LIGHT_BIT(PNB_LIGHT_RECTANGLE) | PNB_LIGHT_BIT(PNB_LIGHT_DISK) |
+                      PNB_LIGHT_BIT(PNB_LIGHT_POLYGON) | PNB_LIGHT_BIT(PNB_LIGHT_LINE) |
+                      PNB_LIGHT_BIT(PNB_LIGHT_POINT) | PNB_LIGHT_BIT(PNB_LIGHT_SUN),
+            .receivers = PNB_RECEIVERS_PLANES,
+            .processor = PNB_PROCESSOR_CPU,
+            .samples = true,
+            .default_samples = 16,
+            .params = params,
+            .param_count = sizeof(params) / sizeof(params[0]),
+        },
+    .create = planar_create,
+    .destroy = planar_destroy,
+    .update = planar_update,
+    .visibility = planar_visibility,
+};

@@ -1,0 +1,175 @@
+/* method/planar/plane.c: receiver planes and what may shadow them. */
+#include <string.h>
+
+#include "method/planar/room.h"
+
+/* The domain is the receiver's box and this share of it more on every side; what is cast beyond
+ * lies on its border. */
+#define DOMAIN_MARGIN 0.25
+/* An object is flat when its points leave a plane by no more than this share of its size. */
+#define FLAT 1e-5
+
+struct flat_object {
+    vec3 center, normal; /* unit */
+    vec3 along;          /* longest edge of its largest triangle: axis u */
+    double area;
+    bool flat;
+};
+
+static struct flat_object examine(const pnb_scene *scene, size_t object)
+{
+    const pnb_object *info = &scene->objects[object].info;
+    const struct mesh *mesh = &scene->meshes[info->mesh];
+    struct flat_object f = {0};
+    vec3 lo = v3(INFINITY, INFINITY, INFINITY), hi = v3_scale(lo, -1), on = {0};
+    double largest = 0;
+    for (size_t i = 0; i < mesh->triangle_count; i++) {
+        vec3 p[3];
+        for (int k = 0; k < 3; k++) {
+            p[k] = m34_point(info->world_from_mesh,
+                             v3_loadf(mesh->positions + 3 * (size_t)mesh->indices[3 * i + k]));
+            lo = v3_min(lo, p[k]);
+            hi = v3_max(hi, p[k]);
+        }
+        vec3 n = v3_cross(v3_sub(p[1], p[0]), v3_sub(p[2], p[0]));
+        double area = 0.5 * v3_length(n);
+        f.area += area;
+        if (area > largest) {
+            largest = area;
+            f.normal = v3_normalize(n);
+            /* The triangle's edges at a right angle, if any, suit best; the longest is the diagonal
+             * of a rectangle. */
+            vec3 a = v3_sub(p[1], p[0]), b = v3_sub(p[2], p[1]), c = v3_sub(p[0], p[2]);
+            f.along = fabs(v3_dot(a, b)) < fabs(v3_dot(b, c)) ? a : b;
+            on = p[0];
+        }
+    }
+    if (largest == 0)
+        return f;
+    f.center = v3_scale(v3_add(lo, hi), 0.5);
+    f.center = v3_mad(f.center, f.normal, v3_dot(v3_sub(on, f.center), f.normal));
+    double size = v3_length(v3_sub(hi, lo)), off = 0;
+    for (size_t i = 0; i < 3 * mesh->triangle_count; i++) {
+        vec3 p = m34_point(info->world_from_mesh,
+                           v3_loadf(mesh->positions + 3 * (size_t)mesh->indices[i]));
+        off = fmax(off, fabs(v3_dot(v3_sub(p, on), f.normal)));
+    }
+    f.flat = off <= FLAT * size;
+    return f;
+}
+
+bool shadow_next_receiver(const pnb_scene *scene, size_t *io_object)
+{
+    for (size_t i = *io_object; i < scene->object_count; i++) {
+        if (scene->objects[i].info.plane && scene->objects[i].info.receives) {
+            *io_object = i;
+            return true;
+        }
+    }
+    return false;
+}
+
+pnb_status shadow_find_receiver(pnb_context *context, const pnb_scene *scene, const char *name,
+                                size_t *out_object)
+{
+    if (name && *name) {
+        for (size_t i = 0; i < scene->object_count; i++) {
+            const char *other = scene->objects[i].info.name;
+            if (other && strcmp(other, name) == 0) {
+                *out_object = i;
+                return PNB_OK;
+            }
+        }
+        return status_fail(context, PNB_ERROR_ARGUMENT, name,
+                           "the scene has no object of that name");
+    }
+    double best = 0;
+    for (int pass = 0; pass < 2 && best == 0; pass++) {
+        /* Planes; if there is none, any object that happens to be flat. */
+        for (size_t i = 0; i < scene->object_count; i++) {
+            const pnb_object *info = &scene->objects[i].info;
+            if (!info->receives || (pass == 0 && !info->plane))
+                continue;
+            struct flat_object f = examine(scene, i);
+            if (f.flat && f.area > best) {
+                best = f.area;
+                *out_object = i;
+            }
+        }
+    }
+    if (best == 0)
+        return status_fail(context, PNB_ERROR_UNSUPPORTED, "planar",
+                           "the scene has no plane that receives shadows; "
+                           "dbuffer, wedge-blend and reference do other receivers");
+    return PNB_OK;
+}
+
+void shadow_plane_finish(pnb_context *context, struct shadow_plane *plane)
+{
+    for (size_t i = 0; i < plane->occluder_count; i++)
+        silhouette_occluder_finish(context, &plane->occluders[i]);
+    memory_free(context, plane->occluders);
+    *plane = (struct shadow_plane){0};
+}
+
+pnb_status shadow_plane_init(pnb_context *context, pnb_scene *scene, size_t object, vec3 towards,
+                             struct shadow_plane *plane)
+{
+    *plane = (struct shadow_plane){.object = object};
+    struct flat_object f = examine(scene, object);
+    const pnb_object *receiver = &scene->objects[object].info;
+    if (!f.flat)
+        return status_fail(context, PNB_ERROR_UNSUPPORTED,
+                           receiver->name ? receiver->name : "object",
+                           "is not flat, which planar needs; dbuffer, wedge-blend and reference do "
+                           "other receivers");
+    struct silhouette_plane *frame = &plane->frame;
+    frame->origin = f.center;
+    frame->n = v3_dot(v3_sub(towards, f.center), f.normal) < 0 ? v3_scale(f.normal, -1) : f.normal;
+    frame->u = v3_normalize(v3_mad(f.along, frame->n, -v3_dot(f.along, frame->n)));
+    frame->v = v3_cross(frame->n, frame->u);
+    /* The receiver's box. */
+    const struct mesh *mesh = &scene->meshes[receiver->mesh];
+    plane->lo[0] = plane->lo[1] = INFINITY;
+    plane->hi[0] = plane->hi[1] = -INFINITY;
+    for (size_t i = 0; i < 3 * mesh->triangle_count; i++) {
+        vec3 p = silhouette_to_plane(
+            frame, m34_point(receiver->world_from_mesh,
+                             v3_loadf(mesh->positions + 3 * (size_t)mesh->indices[i])));
+        plane->lo[0] = fmin(plane->lo[0], p.x);
+        plane->lo[1] = fmin(plane->lo[1], p.y);
+        plane->hi[0] = fmax(plane->hi[0], p.x);
+        plane->hi[1] = fmax(plane->hi[1], p.y);
+    }
+    double half = 0.5 * fmax(plane->hi[0] - plane->lo[0], plane->hi[1] - plane->lo[1]);
+    plane->center[0] = 0.5 * (plane->lo[0] + plane->hi[0]);
+    plane->center[1] = 0.5 * (plane->lo[1] + plane->hi[1]);
+    plane->scale = (PLANAR_LIMIT - 8) / (half * (1 + 2 * DOMAIN_MARGIN));
+
+    plane->occluders = memory_calloc(context, scene->object_count, sizeof(*plane->occluders));
+    if (!plane->occluders)
+        return status_no_memory(context, scene->object_count * sizeof(*plane->occluders));
+    double lift = scene_receiver_lift(scene);
+    pnb_status status = PNB_OK;
+    for (size_t i = 0; i < scene->object_count && !status; i++) {
+        const pnb_object *info = &scene->objects[i].info;
+        if (i == object || !info->casts || scene->meshes[info->mesh].triangle_count == 0)
+            continue;
+        struct silhouette_occluder *o = &plane->occluders[plane->occluder_count];
+        status = silhouette_occluder_init(context, &scene->meshes[info->mesh],
+                                          info->world_from_mesh, frame, o);
+        if (status)
+            break;
+        if (!(o->highest > lift)) { /* in the plane or below it */
+            silhouette_occluder_finish(context, o);
+            continue;
+        }
+        plane->occluder_count++;
+        plane->open_edges += o->edges->open_count;
+        plane->non_manifold_edges += o->edges->non_manifold_count;
+        plane->open_meshes += !info->plane && o->odd_count > 0;
+    }
+    if (status)
+        shadow_plane_finish(context, plane);
+    return status;
+}
