@@ -31,18 +31,23 @@ struct conversion {
     char out_of_range[200]; /* the first of them that says so, or "" */
 };
 
+void matrix_multiply(const double *a, const double *b, double *out)
+{
+    for (int row = 0; row < 3; row++)
+        for (int column = 0; column < 4; column++) {
+            double sum = column == 3 ? a[4 * row + 3] : 0;
+            for (int k = 0; k < 3; k++)
+                sum += a[4 * row + k] * b[4 * k + column];
+            out[4 * row + column] = sum;
+        }
+}
+
 /* Assimp's matrices are row-major already. out = parent x local. */
-static void matrix_times(const double *parent, const struct aiMatrix4x4 *m, double *out)
+static void place_node(const double *parent, const struct aiMatrix4x4 *m, double *out)
 {
     const double local[12] = {m->a1, m->a2, m->a3, m->a4, m->b1, m->b2,
                               m->b3, m->b4, m->c1, m->c2, m->c3, m->c4};
-    for (int row = 0; row < 3; row++)
-        for (int column = 0; column < 4; column++) {
-            double sum = column == 3 ? parent[4 * row + 3] : 0;
-            for (int k = 0; k < 3; k++)
-                sum += parent[4 * row + k] * local[4 * k + column];
-            out[4 * row + column] = sum;
-        }
+    matrix_multiply(parent, local, out);
 }
 
 /* w: 1 for points, 0 for directions. */
@@ -166,7 +171,7 @@ static void write_objects(struct conversion *conversion, const struct aiNode *no
     if (depth > NODE_DEPTH_MAX)
         import_fail(IMPORT_BAD_FILE, "nodes are nested more than %d deep", NODE_DEPTH_MAX);
     double world_from_mesh[12];
-    matrix_times(parent, &node->mTransformation, world_from_mesh);
+    place_node(parent, &node->mTransformation, world_from_mesh);
     for (unsigned i = 0; i < node->mNumMeshes; i++) {
         unsigned index = node->mMeshes[i];
         if (index >= conversion->scene->mNumMeshes)
@@ -198,7 +203,7 @@ static const double identity[12] = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};
 static const struct aiNode *find_node(const struct aiNode *node, const double *parent,
                                       const char *name, double *world, int depth)
 {
-    matrix_times(parent, &node->mTransformation, world);
+    place_node(parent, &node->mTransformation, world);
     if (strcmp(node->mName.data, name) == 0)
         return node;
     double here[12];

@@ -148,17 +148,6 @@ static void local_matrix(json_t *node, double *out)
     }
 }
 
-static void multiply(const double *a, const double *b, double *out)
-{
-    for (int row = 0; row < 3; row++)
-        for (int column = 0; column < 4; column++) {
-            double sum = column == 3 ? a[4 * row + 3] : 0;
-            for (int k = 0; k < 3; k++)
-                sum += a[4 * row + k] * b[4 * k + column];
-            out[4 * row + column] = sum;
-        }
-}
-
 /* The world direction of a node's axis times sign; false if it has none. */
 static bool axis(const double *world, int column, double sign, double *out)
 {
@@ -301,7 +290,7 @@ static void write_node(struct walk *walk, size_t index, const double *parent, in
     walk->visited[index] = 1;
     double local[12], world[12];
     local_matrix(node, local);
-    multiply(parent, local, world);
+    matrix_multiply(parent, local, world);
 
     json_t *reference = json_object_get(node, "camera");
     json_t *thing = element(json_object_get(walk->gltf, "cameras"), reference);

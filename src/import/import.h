@@ -38,6 +38,9 @@ size_t weld_vertices(const float *positions, const float *normals, size_t vertex
                      uint32_t *indices, size_t index_count, float *out_positions,
                      float *out_normals);
 
+/* out = a x b, row-major 3x4; out is neither of them. */
+void matrix_multiply(const double *a, const double *b, double *out);
+
 /* The JSON of a .gltf or .glb file, or NULL: another kind of file, or not readable as such. */
 json_t *gltf_read(const char *path);
 /* Cameras and lights of the glTF scene: those nodes that assimp knows nothing of, or mixes up when

@@ -62,7 +62,7 @@ static pnb_status check_file(pnb_context *context, const char *path, size_t *out
         return status_fail(context, PNB_ERROR_FORMAT, path,
                            "unknown kind of file; the endings read are: json %s", known_endings);
     if (info.st_size == 0)
-        return status_fail(context, PNB_ERROR_FORMAT, path, "the file is empty");
+        return status_fail(context, PNB_ERROR_FORMAT, path, "is empty");
     *out_size = (size_t)info.st_size;
     return PNB_OK;
 }
