@@ -383,6 +383,10 @@ static pnb_scene *awkward_scene(void)
     pnb_light point = {.type = PNB_LIGHT_POINT, .color = {10, 20, 5}};
     v3_store(point.shape.point.position, v3(1, 6, 2));
     CHECK(pnb_scene_add_light(scene, &point, NULL));
+    pnb_light sun = {.type = PNB_LIGHT_SUN, .color = {1, 2, 0}};
+    v3_store(sun.shape.sun.direction, v3(0, -3, 1));
+    sun.shape.sun.angular_diameter_degrees = 7.5;
+    CHECK(pnb_scene_add_light(scene, &sun, NULL));
     return scene;
 }
 
@@ -403,7 +407,7 @@ static void awkward_scenes_are_written(void **state)
         pnb_scene_object(back, i, &b);
         assert_true(a.casts == b.casts && a.receives == b.receives && a.plane == b.plane);
     }
-    for (size_t i = 0; i < 2; i++) {
+    for (size_t i = 0; i < 3; i++) {
         pnb_scene_light(scene, i, &light_a);
         pnb_scene_light(back, i, &light_b);
         same_light(&light_a, &light_b, 0);
@@ -418,7 +422,29 @@ static void awkward_scenes_are_written(void **state)
     CHECK(pnb_scene_write_glb(scene, path));
     validate_glb(path);
     CHECK(pnb_scene_load(context, path, &back));
-    assert_int_equal(pnb_scene_light_count(back), 2);
+    assert_int_equal(pnb_scene_light_count(back), 3);
+    /* Those of the document come first, emissive faces last. */
+    for (size_t i = 0; i < 3; i++) {
+        pnb_scene_light(scene, (i + 1) % 3, &light_a);
+        pnb_scene_light(back, i, &light_b);
+        if (light_a.type != PNB_LIGHT_RECTANGLE) {
+            same_light(&light_a, &light_b, 1e-6);
+            continue;
+        }
+        assert_true(near3(light_a.color, light_b.color, 1e-5));
+        /* A parallelogram comes back as a polygon: the same corners, lit on the same side. */
+        static const int side[4][2] = {{-1, -1}, {1, -1}, {1, 1}, {-1, 1}};
+        double corners[12];
+        vec3 center = v3_load(light_a.shape.rectangle.center);
+        vec3 u = v3_load(light_a.shape.rectangle.half_u);
+        vec3 v = v3_load(light_a.shape.rectangle.half_v);
+        for (int c = 0; c < 4; c++)
+            v3_store(corners + 3 * c, v3_mad(v3_mad(center, u, side[c][0]), v, side[c][1]));
+        light_a.type = PNB_LIGHT_POLYGON;
+        light_a.shape.polygon.vertices = corners;
+        light_a.shape.polygon.vertex_count = 4;
+        same_light(&light_a, &light_b, 1e-5);
+    }
     pnb_scene_destroy(back);
     pnb_scene_destroy(scene);
     clear_folder();

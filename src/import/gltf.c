@@ -8,7 +8,8 @@
  *                         {type: rect|disk, size, rect: {aspect}, color, intensity}: centre at the
  *                         node, emission along its -Z, height = size x the largest absolute world
  *                         scale, width = height x aspect, a disk's diameter the same as the height
- *   KHR_lights_punctual   point; spot, as a point; directional, as a sun of 0.53 degrees
+ *   KHR_lights_punctual   point; spot, as a point; directional, as a sun of 0.53 degrees, or of
+ *                         the light's extras.angular_diameter_degrees
  *   cameras               perspective: along the node's -Z, up its +Y
  *
  * Values of the wrong kind count as absent. What cannot be used gets a note. */
@@ -249,8 +250,12 @@ static void write_punctual_light(json_t *light, const char *name, const double *
             writer_note("light '%s' has no direction and is left out", name);
             return;
         }
-        shape[3] = 0.53;
-        writer_note("light '%s': a directional light is taken as a sun of 0.53 degrees", name);
+        /* glTF knows no size of it; our own files say it on the side. */
+        shape[3] = number(json_object_get(light, "extras"), "angular_diameter_degrees", 0);
+        if (!(shape[3] > 0 && shape[3] < 180)) {
+            shape[3] = 0.53;
+            writer_note("light '%s': a directional light is taken as a sun of 0.53 degrees", name);
+        }
         writer_light(name, PNB_LIGHT_SUN, out);
         return;
     }
