@@ -61,6 +61,12 @@ struct compare_run {
     const struct cli_options *options;
 };
 
+/* Loads scene->path and fills the rest. images: one per file of --image, of the right size.
+ * CLI_GO_ON or an exit status; finish in either case. */
+int compare_scene_run(struct cli_session *session, const pnb_image *images, int truth_samples,
+                      struct compare_scene *scene);
+void compare_scene_finish(pnb_context *context, struct compare_scene *scene);
+
 /* report.json; a new reference. */
 json_t *report_json_scene(const struct compare_run *run, const struct compare_scene *scene);
 json_t *report_json(const struct compare_run *run, json_t *scenes);

@@ -1,0 +1,529 @@
+/* cli/compare_scene.c: one scene compared: the truth, then every method and file against it.
+ *
+ *   surface -> truth (many rays) -> each method: visibility, figures, picture, error
+ *   -> error maps at one common scale
+ *
+ * Pictures differ only by the light that is compared: the other lights of a scene are shaded with
+ * their true visibility in all of them. The truth's light samples are another set than those of
+ * the method `reference`, so that its error is not flattered. */
+#define _GNU_SOURCE
+#include "compare.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#define OTHER_SAMPLES_MAX  1024 /* of the lights that are not compared */
+#define NO_SURFACE_DISPLAY 0.08f
+
+/* One scene at work: what is needed only until its section is written. */
+struct bench {
+    struct cli_session *session;
+    const struct cli_options *options;
+    const pnb_image *images; /* one per options->images */
+    struct compare_scene *result;
+    pnb_scene *scene;
+    pnb_surface *surface;
+    pnb_receivers receivers;
+    pnb_light light;
+    size_t pixels;
+    uint8_t *mask;
+    float **visibilities; /* per light: the truth */
+    float *truth;         /* of these the compared one's */
+    float *truth_rgb;
+    float *rgb, *visibility; /* the entry at hand */
+};
+
+static bool add_text(char ***texts, size_t *count, const char *text)
+{
+    char **grown = realloc(*texts, (*count + 1) * sizeof(*grown));
+    if (!grown)
+        return false;
+    *texts = grown;
+    grown[*count] = strdup(text);
+    if (!grown[*count])
+        return false;
+    (*count)++;
+    return true;
+}
+
+static void free_texts(char **texts, size_t count)
+{
+    for (size_t i = 0; i < count; i++)
+        free(texts[i]);
+    free(texts);
+}
+
+static int no_memory(void)
+{
+    return cli_error("memory", "none left");
+}
+
+/* ---- pictures ---- */
+
+static int encode_picture(struct bench *bench, const float *rgb, struct compare_png *png)
+{
+    pnb_image image = {bench->result->width, bench->result->height, 3, (float *)rgb};
+    if (pnb_image_encode_png(bench->session->context, &image, true, &png->bytes, &png->size) !=
+        PNB_OK)
+        return cli_session_fail(bench->session);
+    return CLI_GO_ON;
+}
+
+/* Grey as light would look; a dull blue where there is no figure, so that it is not taken for
+ * umbra. */
+static int encode_visibility(struct bench *bench, const float *visibility, struct compare_png *png)
+{
+    pnb_image image;
+    if (pnb_image_create(bench->session->context, bench->result->width, bench->result->height, 3,
+                         &image) != PNB_OK)
+        return cli_session_fail(bench->session);
+    for (size_t i = 0; i < bench->pixels; i++) {
+        bool none = isnan(visibility[i]);
+        for (int k = 0; k < 3; k++)
+            image.data[3 * i + (size_t)k] =
+                none ? NO_SURFACE_DISPLAY * (0.5f + 0.5f * (float)k) : visibility[i];
+    }
+    pnb_status status =
+        pnb_image_encode_png(bench->session->context, &image, true, &png->bytes, &png->size);
+    pnb_image_finish(bench->session->context, &image);
+    return status == PNB_OK ? CLI_GO_ON : cli_session_fail(bench->session);
+}
+
+/* The picture with this visibility of the compared light, into bench->rgb. */
+static int shade(struct bench *bench, const float *visibility)
+{
+    size_t index = bench->result->light_index;
+    float *kept = bench->visibilities[index];
+    bench->visibilities[index] = (float *)visibility;
+    pnb_status status =
+        pnb_surface_shade(bench->surface, (const float *const *)bench->visibilities, bench->rgb);
+    bench->visibilities[index] = kept;
+    return status == PNB_OK ? CLI_GO_ON : cli_session_fail(bench->session);
+}
+
+/* ---- solving ---- */
+
+/* The parameters among -p that the method has. */
+static size_t params_of(const struct cli_options *options, const pnb_method_info *method,
+                        pnb_solver_param *params)
+{
+    size_t count = 0;
+    for (size_t p = 0; p < options->param_count; p++)
+        for (size_t i = 0; i < method->param_count; i++)
+            if (strcmp(options->params[p].key, method->params[i].key) == 0)
+                params[count++] = options->params[p];
+    return count;
+}
+
+static int solve_truth(struct bench *bench, int samples)
+{
+    struct cli_session *session = bench->session;
+    struct compare_scene *result = bench->result;
+    /* Another scramble than the method's default. */
+    const pnb_method_info *reference = pnb_method_find("reference");
+    pnb_solver_param seed = {"seed", "9001"};
+    bool seeded = false;
+    for (size_t i = 0; reference && i < reference->param_count; i++)
+        seeded |= strcmp(reference->params[i].key, "seed") == 0;
+
+    for (size_t i = 0; i < result->light_count; i++) {
+        bool compared = i == result->light_index;
+        pnb_solver_desc desc = {
+            .method = "reference",
+            .samples = compared || samples < OTHER_SAMPLES_MAX ? samples : OTHER_SAMPLES_MAX,
+            .params = &seed,
+            .param_count = seeded};
+        pnb_solver *solver = NULL;
+        pnb_light light;
+        pnb_scene_light(bench->scene, i, &light);
+        bench->visibilities[i] = malloc(bench->pixels * sizeof(float));
+        if (!bench->visibilities[i])
+            return no_memory();
+        pnb_status status = pnb_solver_create(session->context, bench->scene, &desc, &solver);
+        if (status == PNB_OK)
+            status =
+                pnb_solver_visibility(solver, &light, &bench->receivers, bench->visibilities[i]);
+        if (status == PNB_OK && compared) {
+            pnb_solver_report report;
+            pnb_solver_get_report(solver, &report);
+            result->truth_ms = report.visibility_ms;
+            result->truth_samples = samples;
+        }
+        pnb_solver_destroy(solver);
+        if (status != PNB_OK)
+            return cli_session_fail(session);
+    }
+    bench->truth = bench->visibilities[result->light_index];
+
+    pnb_measure_facing(&bench->light, &bench->receivers, bench->mask);
+    for (size_t i = 0; i < bench->pixels; i++) {
+        float t = bench->truth[i];
+        result->surface_pixels += !isnan(bench->receivers.positions[3 * i]);
+        if (!bench->mask[i] || isnan(t))
+            continue;
+        result->facing_pixels++;
+        result->umbra_pixels += t == 0;
+        result->lit_pixels += t == 1;
+        result->penumbra_pixels += t > 0 && t < 1;
+    }
+    int done = shade(bench, bench->truth);
+    if (done == CLI_GO_ON) {
+        memcpy(bench->truth_rgb, bench->rgb, bench->pixels * 3 * sizeof(float));
+        done = encode_picture(bench, bench->rgb, &result->truth_picture);
+    }
+    return done == CLI_GO_ON ? encode_visibility(bench, bench->truth, &result->truth_visibility)
+                             : done;
+}
+
+/* Figures and error per pixel of a visibility. */
+static int judge(struct bench *bench, struct compare_entry *entry, const float *visibility)
+{
+    entry->error = malloc(bench->pixels * sizeof(float));
+    if (!entry->error)
+        return no_memory();
+    if (pnb_measure(bench->session->context, visibility, bench->truth, bench->mask, bench->pixels,
+                    &entry->errors) != PNB_OK)
+        return cli_session_fail(bench->session);
+    for (size_t i = 0; i < bench->pixels; i++)
+        entry->error[i] = bench->mask[i] ? visibility[i] - bench->truth[i] : NAN;
+    if (entry->errors.pixels == 0)
+        add_text(&entry->warnings, &entry->warning_count,
+                 "not one pixel could be compared: all are NaN or turned away from the light");
+    return CLI_GO_ON;
+}
+
+static void keep_report(struct compare_entry *entry, const pnb_solver_report *report)
+{
+    char processor[256];
+    entry->prepare_ms = report->prepare_ms;
+    snprintf(entry->device, sizeof(entry->device), "%s",
+             cli_device(report, processor, sizeof(processor)));
+    for (size_t i = 0; i < report->warning_count; i++)
+        add_text(&entry->warnings, &entry->warning_count, report->warnings[i]);
+    size_t used = 0;
+    for (size_t i = 0; i < report->counter_count && used + 1 < sizeof(entry->counters); i++) {
+        int n = snprintf(entry->counters + used, sizeof(entry->counters) - used, "%s%s %.10g",
+                         i ? ", " : "", report->counters[i].name, report->counters[i].value);
+        used = used + (size_t)n < sizeof(entry->counters) ? used + (size_t)n
+                                                          : sizeof(entry->counters) - 1;
+    }
+}
+
+/* tolerant: a method that cannot do this scene, or lacks its device, is left out with a note
+ * (*left_out) instead of ending the comparison. */
+static int run_method(struct bench *bench, struct compare_entry *entry, bool tolerant,
+                      bool *left_out)
+{
+    struct cli_session *session = bench->session;
+    const struct cli_options *options = bench->options;
+    pnb_solver_param *params = calloc(options->param_count + 1, sizeof(*params));
+    if (!params)
+        return no_memory();
+    pnb_solver_desc desc = {.method = entry->name,
+                            .samples = entry->samples,
+                            .params = params,
+                            .param_count = params_of(options, entry->method, params)};
+    pnb_solver *solver = NULL;
+    pnb_solver_report report;
+    pnb_status status = pnb_solver_create(session->context, bench->scene, &desc, &solver);
+    if (status == PNB_OK)
+        status =
+            cli_solve(solver, &bench->light, &bench->receivers, true, bench->visibility, &report);
+    if (status == PNB_OK) {
+        entry->milliseconds = report.visibility_ms;
+        keep_report(entry, &report);
+    }
+    pnb_solver_destroy(solver);
+    free(params);
+    if (tolerant && (status == PNB_ERROR_UNSUPPORTED || status == PNB_ERROR_DEVICE)) {
+        char note[1200];
+        snprintf(note, sizeof(note), "%s is left out: %s", entry->label,
+                 pnb_context_error(session->context));
+        add_text(&bench->result->notes, &bench->result->note_count, note);
+        *left_out = true;
+        return CLI_GO_ON;
+    }
+    if (status != PNB_OK)
+        return cli_session_fail(session);
+    int result = judge(bench, entry, bench->visibility);
+    if (result == CLI_GO_ON)
+        result = encode_visibility(bench, bench->visibility, &entry->visibility);
+    if (result == CLI_GO_ON)
+        result = shade(bench, bench->visibility);
+    return result == CLI_GO_ON ? encode_picture(bench, bench->rgb, &entry->picture) : result;
+}
+
+static double luminance(const float *rgb)
+{
+    return 0.2126 * rgb[0] + 0.7152 * rgb[1] + 0.0722 * rgb[2];
+}
+
+/* A picture has no visibility: its error in luminance is added to the true visibility, and that is
+ * measured. So umbra, lit and penumbra are those of the truth, and 1/255 is a step of luminance. */
+static int judge_picture(struct bench *bench, struct compare_entry *entry, const pnb_image *image)
+{
+    double ours = 0, both = 0;
+    bool clipped = cli_has_ending(entry->name, ".png"); /* holds nothing brighter than white */
+    for (size_t i = 0; i < bench->pixels; i++) {
+        float truth[3];
+        for (int k = 0; k < 3; k++) {
+            truth[k] = bench->truth_rgb[3 * i + (size_t)k];
+            if (clipped)
+                truth[k] = fminf(fmaxf(truth[k], 0), 1);
+        }
+        double y = luminance(image->data + 3 * i), t = luminance(truth);
+        bench->visibility[i] = (float)(bench->truth[i] + (y - t));
+        if (bench->mask[i] && isfinite(y)) {
+            ours += t * t;
+            both += t * y;
+        }
+    }
+    double gain = ours > 0 ? both / ours : 1;
+    if (fabs(gain - 1) > 0.02) {
+        char text[200];
+        snprintf(text, sizeof(text),
+                 "the picture is %.3g times as bright as the truth on the whole; the figures "
+                 "contain that",
+                 gain);
+        add_text(&entry->warnings, &entry->warning_count, text);
+    }
+    int result = judge(bench, entry, bench->visibility);
+    return result == CLI_GO_ON ? encode_picture(bench, image->data, &entry->picture) : result;
+}
+
+static int run_image(struct bench *bench, struct compare_entry *entry, const pnb_image *image)
+{
+    entry->milliseconds = entry->prepare_ms = NAN;
+    entry->picture_only = image->channels == 3;
+    if (entry->picture_only)
+        return judge_picture(bench, entry, image);
+    int result = judge(bench, entry, image->data);
+    if (result == CLI_GO_ON)
+        result = encode_visibility(bench, image->data, &entry->visibility);
+    if (result == CLI_GO_ON)
+        result = shade(bench, image->data);
+    return result == CLI_GO_ON ? encode_picture(bench, bench->rgb, &entry->picture) : result;
+}
+
+/* ---- what is compared ---- */
+
+/* Nothing was chosen: all methods, and a series of the reference instead of its one default. */
+static bool chooses_freely(const struct cli_options *options)
+{
+    return options->method_count == 0 && options->image_count == 0;
+}
+
+/* Methods that cannot do the scene are then left out. */
+static bool compares_all(const struct cli_options *options)
+{
+    return chooses_freely(options) || options->all_methods;
+}
+
+static void add_entry(struct compare_scene *scene, const pnb_method_info *method, int samples,
+                      const struct cli_options *options)
+{
+    struct compare_entry *entry = &scene->entries[scene->entry_count++];
+    entry->method = method;
+    entry->name = method->name;
+    if (method->samples)
+        entry->samples = samples            ? samples
+                         : options->samples ? options->samples
+                                            : method->default_samples;
+    if (samples)
+        snprintf(entry->label, sizeof(entry->label), "%s:%d", method->name, samples);
+    else
+        snprintf(entry->label, sizeof(entry->label), "%s", method->name);
+}
+
+static int choose_entries(struct bench *bench)
+{
+    static const int series[] = {16, 64, 256, 1024};
+    struct compare_scene *result = bench->result;
+    const struct cli_options *options = bench->options;
+    bool free_choice = chooses_freely(options), all = compares_all(options);
+    size_t methods = free_choice ? pnb_method_count() : options->method_count;
+    result->entries = calloc(methods + 4 + options->image_count, sizeof(*result->entries));
+    if (!result->entries)
+        return no_memory();
+    for (size_t i = 0; i < methods; i++) {
+        const pnb_method_info *method =
+            free_choice ? pnb_method(i) : pnb_method_find(options->methods[i]);
+        if (all && !(method->lights & PNB_LIGHT_BIT(bench->light.type))) {
+            char note[256];
+            snprintf(note, sizeof(note), "%s is left out: it cannot do a light of the type %s",
+                     method->name, result->light_type);
+            add_text(&result->notes, &result->note_count, note);
+        } else if (free_choice && strcmp(method->name, "reference") == 0 && !options->samples) {
+            for (int k = 0; k < 4; k++)
+                add_entry(result, method, series[k], options);
+        } else {
+            add_entry(result, method, free_choice ? 0 : options->method_samples[i], options);
+        }
+    }
+    for (size_t i = 0; i < options->image_count; i++) {
+        struct compare_entry *entry = &result->entries[result->entry_count++];
+        const char *slash = strrchr(options->images[i], '/');
+        entry->name = options->images[i];
+        snprintf(entry->label, sizeof(entry->label), "%.120s", slash ? slash + 1 : entry->name);
+        for (size_t k = 0; k + 1 < result->entry_count; k++)
+            if (strcmp(result->entries[k].label, entry->label) == 0)
+                snprintf(entry->label, sizeof(entry->label), "%.100s (%zu)",
+                         slash ? slash + 1 : entry->name, i + 1);
+    }
+    return CLI_GO_ON;
+}
+
+/* The least round number that 99 % of every entry's penumbra stays within, so that colours can be
+ * compared across maps; at most a half, lest one bad method hides all others. */
+static double common_scale(const struct compare_scene *scene)
+{
+    static const double round[] = {0.005, 0.01, 0.02, 0.05, 0.1, 0.2, 0.5};
+    const size_t count = sizeof(round) / sizeof(round[0]);
+    double largest = 0;
+    for (size_t i = 0; i < scene->entry_count; i++)
+        largest = fmax(largest, scene->entries[i].errors.p99_error);
+    for (size_t k = 0; k < count; k++)
+        if (largest <= round[k])
+            return round[k];
+    return round[count - 1];
+}
+
+/* Fine steps near 0, where good methods differ: a step of 0.00006 there, of 0.016 at the ends. */
+static pnb_status encode_error(pnb_context *context, const struct compare_scene *scene,
+                               const float *error, struct compare_png *png)
+{
+    pnb_image codes;
+    pnb_status status = pnb_image_create(context, scene->width, scene->height, 1, &codes);
+    if (status != PNB_OK)
+        return status;
+    size_t pixels = (size_t)scene->width * (size_t)scene->height;
+    for (size_t i = 0; i < pixels; i++) {
+        double size = fmin(fabs(error[i]), 1);
+        codes.data[i] = isnan(error[i])
+                            ? 0
+                            : (float)((128 + round(copysign(127 * sqrt(size), error[i]))) / 255);
+    }
+    status = pnb_image_encode_png(context, &codes, false, &png->bytes, &png->size);
+    pnb_image_finish(context, &codes);
+    return status;
+}
+
+static int draw_error_maps(struct bench *bench)
+{
+    struct compare_scene *result = bench->result;
+    pnb_context *context = bench->session->context;
+    result->error_scale = common_scale(result);
+    for (size_t i = 0; i < result->entry_count; i++) {
+        struct compare_entry *entry = &result->entries[i];
+        pnb_image map;
+        pnb_status status = pnb_image_error_map(context, entry->error, result->width,
+                                                result->height, result->error_scale, false, &map);
+        if (status == PNB_OK)
+            status = pnb_image_encode_png(context, &map, true, &entry->error_map.bytes,
+                                          &entry->error_map.size);
+        pnb_image_finish(context, &map);
+        if (status == PNB_OK)
+            status = encode_error(context, result, entry->error, &entry->error_codes);
+        if (status != PNB_OK)
+            return cli_session_fail(bench->session);
+    }
+    return CLI_GO_ON;
+}
+
+static int run_scene(struct bench *bench, int truth_samples)
+{
+    const struct cli_options *options = bench->options;
+    struct compare_scene *result = bench->result;
+    struct cli_session *session = bench->session;
+    int done = cli_scene_load(session, result->path, &bench->scene);
+    if (done != CLI_GO_ON)
+        return done;
+    result->width = options->width, result->height = options->height;
+    result->light_index = options->light_index;
+    result->light_count = pnb_scene_light_count(bench->scene);
+    result->triangle_count = pnb_scene_triangle_count(bench->scene);
+    bench->pixels = (size_t)result->width * (size_t)result->height;
+    if (result->light_count == 0)
+        return cli_error(result->path, "has no light, so there is nothing to compare");
+    pnb_scene_light(bench->scene, result->light_index, &bench->light);
+    result->light_type = pnb_light_type_name(bench->light.type);
+    done = choose_entries(bench);
+    if (done != CLI_GO_ON)
+        return done;
+
+    if (pnb_surface_create(session->context, bench->scene, NULL, result->width, result->height,
+                           &bench->surface) != PNB_OK)
+        return cli_session_fail(session);
+    pnb_surface_receivers(bench->surface, &bench->receivers);
+    pnb_surface_view view;
+    pnb_surface_get(bench->surface, &view);
+    result->primary_ms = view.primary_ms;
+    bench->mask = malloc(bench->pixels);
+    bench->visibilities = calloc(result->light_count, sizeof(*bench->visibilities));
+    bench->visibility = malloc(bench->pixels * sizeof(float));
+    bench->rgb = malloc(bench->pixels * 3 * sizeof(float));
+    bench->truth_rgb = malloc(bench->pixels * 3 * sizeof(float));
+    if (!bench->mask || !bench->visibilities || !bench->visibility || !bench->rgb ||
+        !bench->truth_rgb)
+        return no_memory();
+
+    done = solve_truth(bench, truth_samples);
+    size_t count = result->entry_count, kept = 0, image = 0;
+    for (size_t i = 0; i < count && done == CLI_GO_ON; i++) {
+        struct compare_entry *entry = &result->entries[kept];
+        bool left_out = false;
+        if (kept != i) {
+            *entry = result->entries[i];
+            memset(&result->entries[i], 0, sizeof(*entry));
+        }
+        done = entry->method ? run_method(bench, entry, compares_all(options), &left_out)
+                             : run_image(bench, entry, &bench->images[image++]);
+        if (done == CLI_GO_ON && cli_session_stopped())
+            done = cli_error("compare", "cancelled");
+        kept += !left_out;
+    }
+    if (done == CLI_GO_ON)
+        result->entry_count = kept;
+    return done == CLI_GO_ON ? draw_error_maps(bench) : done;
+}
+
+static void finish_bench(struct bench *bench)
+{
+    for (size_t i = 0; bench->visibilities && i < bench->result->light_count; i++)
+        free(bench->visibilities[i]);
+    free(bench->visibilities);
+    free(bench->visibility);
+    free(bench->rgb);
+    free(bench->truth_rgb);
+    free(bench->mask);
+    pnb_surface_destroy(bench->surface);
+    pnb_scene_destroy(bench->scene);
+}
+
+void compare_scene_finish(pnb_context *context, struct compare_scene *scene)
+{
+    for (size_t i = 0; i < scene->entry_count; i++) {
+        struct compare_entry *entry = &scene->entries[i];
+        free(entry->error);
+        pnb_bytes_free(context, entry->picture.bytes);
+        pnb_bytes_free(context, entry->visibility.bytes);
+        pnb_bytes_free(context, entry->error_map.bytes);
+        pnb_bytes_free(context, entry->error_codes.bytes);
+        free_texts(entry->warnings, entry->warning_count);
+    }
+    free(scene->entries);
+    pnb_bytes_free(context, scene->truth_picture.bytes);
+    pnb_bytes_free(context, scene->truth_visibility.bytes);
+    free_texts(scene->notes, scene->note_count);
+}
+
+int compare_scene_run(struct cli_session *session, const pnb_image *images, int truth_samples,
+                      struct compare_scene *scene)
+{
+    struct bench bench = {
+        .session = session, .options = session->options, .images = images, .result = scene};
+    int result = run_scene(&bench, truth_samples);
+    finish_bench(&bench);
+    return result;
+}
