@@ -4,7 +4,7 @@
 set -eu
 cd "$(dirname "$0")/.."
 penumbra=${1:-build}/penumbra
-mkdir -p docs/pictures
+mkdir -p docs/pictures/scenes
 
 picture() { # scene options...
     scene=$1
@@ -22,4 +22,10 @@ for scene in $("$penumbra" scenes --json | sed -n 's/.*"name": *"\([^"]*\)".*/\1
     echo "docs/pictures/scenes/$scene.png"
     "$penumbra" render "builtin:$scene" -m reference -o "docs/pictures/scenes/$scene.png" \
         -s 240x180 -n 256 -q
+done
+
+for scene in $("$penumbra" scenes | cut -d ' ' -f 1); do
+    echo "docs/pictures/scenes/$scene.png"
+    "$penumbra" render "builtin:$scene" -m reference -n 256 -s 240x180 \
+        -o "docs/pictures/scenes/$scene.png"
 done

@@ -8,7 +8,8 @@
 #include <stdio.h>
 #include <string.h>
 
-#define DBUFFER "Umbra and penumbra volumes in a D-buffer (2004)"
+#define DBUFFER                                                                                    \
+    "Jakobsen, Christensen, Larsen, Petersen: Boundary Correct Real-Time Soft Shadows (2004)"
 #define WEDGE                                                                                      \
     "Forest, Barthe, Paulin: Realistic Soft Shadows by Penumbra-Wedges Blending (2006), figure 1"
 #define LINES  "Heidrich, Brabec, Seidel: Soft Shadow Maps for Linear Lights (2000)"
