@@ -118,7 +118,7 @@ refuses output_folder_is_missing 1 'no/such' render builtin:prism -o no/such/a.p
 mkdir there.png
 refuses output_is_an_existing_folder 1 'is a folder' render builtin:prism -o there.png
 refuses output_folder_is_a_file 1 'no folder' render builtin:prism -o empty.json/a.png
-refuses output_cannot_be_made 1 '/proc/a.png' render builtin:prism -s 8x8 -n 1 -o /proc/a.png
+refuses output_cannot_be_made 1 '/proc/a.png' render builtin:prism -s 8x8 -m reference -n 1 -o /proc/a.png
 refuses visibility_folder_is_missing 1 'no/such' render builtin:prism --visibility no/such/v.pfm
 refuses compare_of_a_missing_scene 1 'nowhere.json' compare nowhere.json -o page
 refuses compare_with_a_missing_image 1 'nowhere.pfm' compare builtin:prism -o page --image nowhere.pfm
@@ -135,9 +135,9 @@ for line in --help --version 'render --help' 'render --version' 'compare --help'
     report $? "answers_$(echo "$line" | tr ' ' _)"
 done
 
-"$penumbra" render builtin:prism -q -s 40x30 -n 16 >out 2>err && [ -s prism.png ] && [ ! -s out ] && [ ! -s err ]
+"$penumbra" render builtin:prism -q -s 40x30 -m reference -n 16 >out 2>err && [ -s prism.png ] && [ ! -s out ] && [ ! -s err ]
 report $? default_output_is_the_base_name
-"$penumbra" render builtin:prism -qs40x30 -n16 -o all.exr --visibility=v.pfm --visibility v.exr \
+"$penumbra" render builtin:prism -qs40x30 -mreference -n16 -o all.exr --visibility=v.pfm --visibility v.exr \
     --visibility v.png --json >out 2>err &&
     [ -s all.exr ] && [ -s v.pfm ] && [ -s v.exr ] && [ -s v.png ] && [ ! -s err ] &&
     head -c 3 v.pfm | grep -q '^Pf' && head -c 1 out | grep -q '{'
@@ -148,13 +148,13 @@ for key in method scene width height milliseconds prepare primary visibility sha
     report $? "json_has_$key"
 done
 cp v.pfm v1.pfm
-"$penumbra" render builtin:prism -q -s 40x30 -n 16 --threads 1 --visibility v.pfm 2>err && cmp v.pfm v1.pfm
+"$penumbra" render builtin:prism -q -s 40x30 -m reference -n 16 --threads 1 --visibility v.pfm 2>err && cmp v.pfm v1.pfm
 report $? same_bytes_with_one_thread
-"$penumbra" render builtin:prism -q -s 40x30 -n 4 -o two.png --light-index 1 --light \
+"$penumbra" render builtin:prism -q -s 40x30 -m reference -n 4 -o two.png --light-index 1 --light \
     '{"type": "point", "position": [0, 4, 0]}' --light \
     '{"type": "sun", "direction": [0.3, -1, 0.2], "angular_diameter_degrees": 0.53}' 2>err && [ -s two.png ]
 report $? lights_of_the_command_line
-"$penumbra" render builtin:prism -q -s 40x30 -n 16 -o c.png --visibility c.pfm 2>err &&
+"$penumbra" render builtin:prism -q -s 40x30 -m reference -n 16 -o c.png --visibility c.pfm 2>err &&
     "$penumbra" compare builtin:prism -q -s 40x30 --methods reference:4,reference:64 --truth-samples 1024 \
         --image c.pfm --image c.png -o page --json >out 2>err &&
     [ -s page/index.html ] && grep -q '"rmse"' page/report.json && ! grep -q 'https*://[^w]' page/index.html
@@ -175,20 +175,20 @@ report $? two_dashes_end_the_options
 # ---- standard output that fails ----
 if [ -w /dev/full ]; then
     for line in --help 'methods' 'info builtin:prism' 'info builtin:prism --json' \
-        'render builtin:prism -q -s 8x8 -n 1 -o full.png --json'; do
+        'render builtin:prism -q -s 8x8 -m reference -n 1 -o full.png --json'; do
         # shellcheck disable=SC2086
         "$penumbra" $line >/dev/full 2>err
         [ $? = 1 ] && one_error_line && grep -q 'standard output' err
         report $? "full_disk_$(echo "$line" | tr ' ' _)"
     done
 fi
-for line in --help methods 'render builtin:prism -q -s 8x8 -n 1 -o closed.png --json'; do
+for line in --help methods 'render builtin:prism -q -s 8x8 -m reference -n 1 -o closed.png --json'; do
     # shellcheck disable=SC2086
     "$penumbra" $line >&- 2>err
     [ $? = 1 ] && one_error_line && grep -q 'standard output' err
     report $? "closed_output_$(echo "$line" | tr ' ' _)"
 done
-"$penumbra" render builtin:prism -q -s 8x8 -n 1 -o closed2.png >&- 2>err && [ -s closed2.png ]
+"$penumbra" render builtin:prism -q -s 8x8 -m reference -n 1 -o closed2.png >&- 2>err && [ -s closed2.png ]
 report $? closed_output_does_not_matter_to_a_picture
 "$penumbra" render nowhere.json >out 2>&-
 [ $? = 1 ] && [ ! -s out ]
@@ -197,7 +197,7 @@ report $? closed_error_output
 # ---- a disk that fills up: a limit on the size of files stands in for it ----
 mkdir small
 for ending in png exr pfm; do
-    (ulimit -f 8 && cd small && exec "$penumbra" render builtin:prism -q -s 400x300 -n 1 -o "a.$ending") 2>err
+    (ulimit -f 8 && cd small && exec "$penumbra" render builtin:prism -q -s 400x300 -m reference -n 1 -o "a.$ending") 2>err
     [ $? = 1 ] && one_error_line && grep -q "a.$ending" err && [ -z "$(ls -A small)" ]
     report $? "no_half_written_$ending"
 done
