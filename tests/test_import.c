@@ -668,6 +668,62 @@ static void answers_are_not_trusted(void **state)
     free(copy);
 }
 
+struct miser {
+    size_t left, live;
+};
+
+/* Gives so many blocks and no more. */
+static void *miserly(void *user, void *old, size_t size)
+{
+    struct miser *miser = user;
+    if (size == 0) {
+        free(old);
+        miser->live--;
+        return NULL;
+    }
+    if (miser->left == 0)
+        return NULL;
+    miser->left--;
+    miser->live += old == NULL;
+    return realloc(old, size);
+}
+
+/* Whichever allocation fails, the import fails with it, and everything is given back. */
+static void memory_may_run_out(void **state)
+{
+    unsigned char *bytes;
+    size_t size;
+    char text[4096] = "mtllib e.mtl\nv 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nusemtl glow\n"
+                      "f 1 2 3 4\n";
+    write_text("e.mtl", "newmtl glow\nKd 1 1 1\nKe 2 2 2\n");
+    assert_int_equal(scene_import_run(context, write_text("glow.obj", text), NULL, &bytes, &size),
+                     PNB_OK);
+    bool done = false;
+    for (size_t blocks = 1; !done; blocks++) {
+        struct miser miser = {blocks, 0};
+        pnb_context *poor;
+        pnb_scene *scene = NULL;
+        struct scene_import_data data;
+        assert_int_equal(
+            pnb_context_create(
+                &(pnb_context_desc){.threads = 1, .reallocate = miserly, .user = &miser}, &poor),
+            PNB_OK);
+        pnb_status status = scene_import_decode(poor, "poor", bytes, size, &data);
+        if (status == PNB_OK) {
+            status = scene_import_assemble(poor, "poor", &data, &scene);
+            scene_import_data_finish(poor, &data);
+        }
+        assert_true(status == PNB_OK || status == PNB_ERROR_MEMORY);
+        /* Notes may be lost; nothing else is. */
+        done = status == PNB_OK && miser.left > 0;
+        pnb_scene_destroy(scene);
+        pnb_context_destroy(poor);
+        assert_int_equal(miser.live, 0);
+        assert_true(blocks < 1000);
+    }
+    memory_free(context, bytes);
+}
+
 static bool stop(void *user, const char *stage, double fraction)
 {
     return false;
@@ -723,6 +779,7 @@ int main(void)
         cmocka_unit_test(truncated_and_random_files),
         cmocka_unit_test(importers_misbehave),
         cmocka_unit_test(answers_are_not_trusted),
+        cmocka_unit_test(memory_may_run_out),
         cmocka_unit_test(import_can_be_cancelled),
         cmocka_unit_test(memory_is_limited),
     };
