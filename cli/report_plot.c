@@ -142,11 +142,13 @@ int report_color(const struct compare_scene *scene, const struct compare_entry *
     return color % COLOR_COUNT;
 }
 
-static int by_method_and_time(const void *a, const void *b)
+static int by_method_and_samples(const void *a, const void *b)
 {
     const struct plot_point *p = a, *q = b;
     int names = strcmp(p->entry->name, q->entry->name);
-    return names ? names : (p->time > q->time) - (p->time < q->time);
+    return names
+               ? names
+               : (p->entry->samples > q->entry->samples) - (p->entry->samples < q->entry->samples);
 }
 
 void report_plot_time(FILE *page, const struct compare_scene *scene)
@@ -172,7 +174,7 @@ void report_plot_time(FILE *page, const struct compare_scene *scene)
         free(taken);
         return;
     }
-    qsort(points, count, sizeof(*points), by_method_and_time);
+    qsort(points, count, sizeof(*points), by_method_and_samples);
     struct plot_axis x = make_axis(times[0], times[1], PLOT_LEFT, PLOT_RIGHT);
     struct plot_axis y = make_axis(errors[0], errors[1], PLOT_BOTTOM, PLOT_TOP);
     fprintf(page,

@@ -538,6 +538,23 @@ static void writing_keeps_mode_and_links(void **state)
     assert_int_equal(file_count(f->folder), 2);
 }
 
+/* As small as files get for their pixels: nothing that is whole may be taken for broken. */
+static void flat_images_are_believed(void **state)
+{
+    struct fixture *f = *state;
+    const char *const names[] = {"flat.png", "flat.exr", "flat.pfm"};
+    pnb_image image, out;
+    assert_int_equal(pnb_image_create(f->context, 3000, 2000, 1, &image), PNB_OK);
+    for (int n = 0; n < 3; n++) {
+        char *path = in_folder(f, names[n]);
+        assert_int_equal(pnb_image_write(f->context, path, &image), PNB_OK);
+        assert_int_equal(pnb_image_read(f->context, path, &out), PNB_OK);
+        assert_same_floats(&image, &out);
+        pnb_image_finish(f->context, &out);
+    }
+    pnb_image_finish(f->context, &image);
+}
+
 /* An allocator that has no memory left after some calls. */
 struct scarce {
     int left;
@@ -679,7 +696,8 @@ int main(void)
         TEST(files_that_cannot_be_read),      TEST(files_that_cannot_be_written),
         TEST(full_disk_leaves_the_old_file),  TEST(closed_pipe_is_an_error),
         TEST(writing_keeps_mode_and_links),   TEST(scarce_memory_is_an_error),
-        TEST(colormaps_step_evenly),          TEST(error_map_shows_signs),
+        TEST(flat_images_are_believed),       TEST(colormaps_step_evenly),
+        TEST(error_map_shows_signs),
     };
     return cmocka_run_group_tests_name("image", tests, NULL, NULL);
 }

@@ -344,6 +344,12 @@ static pnb_status decode_opened(pnb_context *context, const char *path, exr_cont
                                list->entries[which[k]].name.str);
     long long width = (long long)window.max.x - window.min.x + 1;
     long long height = (long long)window.max.y - window.min.y + 1;
+    if (width > 0 && height > 0 && (uint64_t)width <= IMAGE_PIXELS_MAX &&
+        (uint64_t)height <= IMAGE_PIXELS_MAX &&
+        !image_fits_file((uint64_t)width * (uint64_t)height * (uint64_t)channels * 2, memory->size))
+        return status_fail(context, PNB_ERROR_FORMAT, path,
+                           "broken EXR: %lld x %lld pixels in %zu bytes", width, height,
+                           memory->size);
     pnb_status status = image_alloc(context, path, width < 0 ? 0 : (uint64_t)width,
                                     height < 0 ? 0 : (uint64_t)height, channels, out_image);
     if (status != PNB_OK)

@@ -9,6 +9,14 @@
 /* No image has more pixels than this, written or read: a broken header cannot ask for the moon. */
 #define IMAGE_PIXELS_MAX ((size_t)1 << 28)
 
+/* What a compressed file of so many bytes can hold at most. Deflate shrinks to no less than 1/1032,
+ * the other compressions of our formats to more: a header that promises beyond this is broken, and
+ * is found out before the memory is taken. */
+static inline bool image_fits_file(uint64_t pixel_bytes, size_t file_size)
+{
+    return pixel_bytes / 2048 <= file_size;
+}
+
 /* Like pnb_image_create() without the zeros: readers fill every pixel or fail. name: whose fault a
  * bad size is. */
 pnb_status image_alloc(pnb_context *context, const char *name, uint64_t width, uint64_t height,

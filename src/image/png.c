@@ -150,6 +150,10 @@ pnb_status png_decode(pnb_context *context, const char *path, const uint8_t *byt
         status = status_fail(context, PNB_ERROR_FORMAT, path,
                              "%u x %u pixels are more than the limit of %zu", head.width,
                              head.height, IMAGE_PIXELS_MAX);
+    else if (!image_fits_file((uint64_t)head.width * head.height * head.bit_depth / 8, size))
+        status =
+            status_fail(context, PNB_ERROR_FORMAT, path, "broken PNG: %u x %u pixels in %zu bytes",
+                        head.width, head.height, size);
     else
         status = decode_pixels(context, path, png, &head, out_image);
     spng_ctx_free(png);
