@@ -433,6 +433,43 @@ static void emissive_sides_and_holes(void **state)
     pnb_scene_destroy(scene);
 }
 
+/* What glTF lacks and this project's writer adds. */
+static void extras_are_read(void **state)
+{
+    static const char json[] =
+        "{" BUFFERS "\"scene\":0,\"scenes\":[{\"nodes\":[0,1%s],\"extras\":"
+        "{\"ambient\":[0.1,0.2,0.3],\"background\":[0.4,0.5,0.6]}}],\"materials\":[{}],"
+        "\"extensions\":{\"KHR_lights_punctual\":{\"lights\":[{\"type\":\"directional\","
+        "\"extras\":{\"angular_diameter_degrees\":2}}]}},\"meshes\":[" QUAD(
+            0) "],"
+               "\"nodes\":[{\"extensions\":{\"KHR_lights_punctual\":{\"light\":0}}},"
+               "{\"children\":[2,3]},"
+               "{\"mesh\":0,\"extras\":{\"plane\":true}},"
+               "{\"mesh\":0,\"extras\":{\"casts\":false,\"receives\":false}},"
+               "{\"mesh\":0,\"translation\":[0,0,1]}]}";
+    for (int i = 0; i < 2; i++) {
+        char text[4096];
+        double color[3];
+        pnb_object object;
+        pnb_light light;
+        snprintf(text, sizeof(text), json, i ? ",4" : "");
+        pnb_scene *scene = import(write_glb("extras.glb", text));
+        pnb_scene_ambient(scene, color);
+        vectors_near(color, 0.1, 0.2, 0.3);
+        pnb_scene_background(scene, color);
+        vectors_near(color, 0.4, 0.5, 0.6);
+        pnb_scene_light(scene, 0, &light);
+        assert_true(light.shape.sun.angular_diameter_degrees == 2);
+        pnb_scene_object(scene, 0, &object);
+        assert_true(object.plane && object.casts && object.receives);
+        pnb_scene_object(scene, 1, &object);
+        assert_true(!object.plane && !object.casts && !object.receives);
+        pnb_scene_object(scene, 2, &object); /* the supplied ground, or the node 4 */
+        assert_true(object.plane == (i == 0) && object.casts && object.receives);
+        pnb_scene_destroy(scene);
+    }
+}
+
 /* The scene's front door, and a scene file that refers to a mesh. */
 static void loading_by_path(void **state)
 {
@@ -771,6 +808,7 @@ int main(void)
         cmocka_unit_test(emissive_quad_is_a_light),
         cmocka_unit_test(emissive_shapes),
         cmocka_unit_test(emissive_sides_and_holes),
+        cmocka_unit_test(extras_are_read),
         cmocka_unit_test(loading_by_path),
         cmocka_unit_test(normals_materials_lines),
         cmocka_unit_test(languages_do_not_matter),

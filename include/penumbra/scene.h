@@ -49,6 +49,9 @@ typedef struct pnb_object {
     double color[3]; /* albedo, linear RGB */
     bool casts, receives;
     bool plane; /* given as a plane in the scene file: two triangles */
+    /* Radiance that the surface shows by itself, linear RGB. It lights nothing: that is what lights
+     * are for. Imported emissive objects have it. */
+    double emission[3];
 } pnb_object;
 
 /* From a file or a name: a scene file (.json), a file that the importer reads, or "builtin:NAME".

@@ -49,7 +49,8 @@ PNB_API void pnb_surface_get(const pnb_surface *surface, pnb_surface_view *out_v
 /* The pixels as receivers. */
 PNB_API void pnb_surface_receivers(const pnb_surface *surface, pnb_receivers *out_receivers);
 
-/* picture = albedo x (ambient + exposure x sum of irradiance x visibility), background elsewhere.
+/* picture = albedo x (ambient + exposure x sum of irradiance x visibility) + exposure x pi x
+ * emission, background elsewhere.
  * visibility: one array of width x height per light of the scene (NULL entry: 1 everywhere; NaN
  * counts as 1); objects with receives = false are lit without shadow. rgb: width x height x 3
  * floats, linear. */

@@ -165,7 +165,9 @@ static void material_colors(const struct conversion *conversion, unsigned index,
         *double_sided = two_sided != 0;
 }
 
-static void write_objects(struct conversion *conversion, const struct aiNode *node,
+/* json: the node in a glTF file, or NULL: unknown. Assimp keeps the order of glTF's nodes, and puts
+ * one above them where the scene has several roots; so both trees are walked side by side. */
+static void write_objects(struct conversion *conversion, const struct aiNode *node, json_t *json,
                           const double *parent, int depth)
 {
     if (depth > NODE_DEPTH_MAX)
@@ -189,12 +191,14 @@ static void write_objects(struct conversion *conversion, const struct aiNode *no
         writer_record(IMPORT_OBJECT, writer_text_size(name) + 8 + sizeof(numbers));
         writer_text(name);
         writer_u32(mesh);
-        writer_u32(double_sided ? IMPORT_DOUBLE_SIDED : 0);
+        writer_u32((double_sided ? IMPORT_DOUBLE_SIDED : 0) | gltf_object_flags(json));
         writer_numbers(numbers, IMPORT_OBJECT_NUMBERS);
         conversion->objects++;
     }
     for (unsigned i = 0; i < node->mNumChildren; i++)
-        write_objects(conversion, node->mChildren[i], world_from_mesh, depth + 1);
+        write_objects(conversion, node->mChildren[i],
+                      gltf_child(conversion->gltf, json, depth == 0, i, node->mNumChildren),
+                      world_from_mesh, depth + 1);
 }
 
 static const double identity[12] = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};
@@ -365,9 +369,10 @@ void convert_file(const char *path, json_t *gltf)
     for (unsigned i = 0; i < scene->mNumMeshes; i++)
         conversion.mesh_in_stream[i] =
             write_mesh(&conversion, scene->mMeshes[i]) ? written++ : NO_MESH;
-    write_objects(&conversion, scene->mRootNode, identity, 0);
+    write_objects(&conversion, scene->mRootNode, gltf_root(gltf), identity, 0);
 
     if (gltf) {
+        gltf_write_surroundings(gltf);
         gltf_write_cameras_and_lights(gltf);
     } else {
         for (unsigned i = 0; i < scene->mNumCameras; i++)

@@ -12,6 +12,9 @@
  *                         the light's extras.angular_diameter_degrees
  *   cameras               perspective: along the node's -Z, up its +Y
  *
+ * Files that this project wrote say more in extras: ambient light and background, a sun's diameter,
+ * objects that cast or receive no shadow or are planes.
+ *
  * Values of the wrong kind count as absent. What cannot be used gets a note. */
 #include "import/import.h"
 
@@ -333,15 +336,59 @@ static void write_node(struct walk *walk, size_t index, const double *parent, in
     }
 }
 
+/* The scene to show; NULL if the file has none. */
+static json_t *shown_scene(json_t *gltf)
+{
+    json_t *scenes = json_object_get(gltf, "scenes");
+    json_t *scene = element(scenes, json_object_get(gltf, "scene"));
+    return scene ? scene : json_array_get(scenes, 0);
+}
+
+json_t *gltf_root(json_t *gltf)
+{
+    json_t *roots = json_object_get(shown_scene(gltf), "nodes");
+    if (json_array_size(roots) != 1)
+        return NULL;
+    return element(json_object_get(gltf, "nodes"), json_array_get(roots, 0));
+}
+
+json_t *gltf_child(json_t *gltf, json_t *node, bool top, size_t index, size_t count)
+{
+    json_t *children = NULL;
+    if (node)
+        children = json_object_get(node, "children");
+    else if (top)
+        children = json_object_get(shown_scene(gltf), "nodes");
+    if (json_array_size(children) != count)
+        return NULL;
+    return element(json_object_get(gltf, "nodes"), json_array_get(children, index));
+}
+
+uint32_t gltf_object_flags(json_t *node)
+{
+    json_t *extras = json_object_get(node, "extras");
+    return (json_is_false(json_object_get(extras, "casts")) ? IMPORT_CASTS_NOT : 0) |
+           (json_is_false(json_object_get(extras, "receives")) ? IMPORT_RECEIVES_NOT : 0) |
+           (json_is_true(json_object_get(extras, "plane")) ? IMPORT_PLANE : 0);
+}
+
+void gltf_write_surroundings(json_t *gltf)
+{
+    double colors[IMPORT_SURROUNDINGS_NUMBERS];
+    json_t *extras = json_object_get(shown_scene(gltf), "extras");
+    if (!numbers(extras, "ambient", 3, colors) || !numbers(extras, "background", 3, colors + 3))
+        return;
+    writer_record(IMPORT_SURROUNDINGS, sizeof(colors));
+    writer_numbers(colors, IMPORT_SURROUNDINGS_NUMBERS);
+}
+
 void gltf_write_cameras_and_lights(json_t *gltf)
 {
     static const double identity[12] = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};
     struct walk walk = {.gltf = gltf, .nodes = json_object_get(gltf, "nodes")};
     size_t count = json_array_size(walk.nodes);
     walk.visited = import_alloc(count, 1);
-    json_t *scenes = json_object_get(gltf, "scenes");
-    json_t *scene = element(scenes, json_object_get(gltf, "scene"));
-    json_t *roots = json_object_get(scene ? scene : json_array_get(scenes, 0), "nodes");
+    json_t *roots = json_object_get(shown_scene(gltf), "nodes");
     if (roots) {
         for (size_t i = 0; i < json_array_size(roots); i++) {
             json_t *root = json_array_get(roots, i);

@@ -49,6 +49,16 @@ void gltf_write_cameras_and_lights(json_t *gltf);
 /* KHR_materials_emissive_strength of a material, else 1. */
 double gltf_emissive_strength(json_t *gltf, size_t material);
 
+/* What this project's own files say beyond glTF, in extras: ambient light and background of the
+ * scene; of a node, flags of IMPORT_OBJECT (0: none said). json may be NULL. */
+void gltf_write_surroundings(json_t *gltf);
+uint32_t gltf_object_flags(json_t *node);
+/* The scene's only root, or NULL: there are more, or gltf is NULL. */
+json_t *gltf_root(json_t *gltf);
+/* Child number index of a node that should have count of them, or, for a NULL node at the top, that
+ * root of the scene; NULL: unknown. */
+json_t *gltf_child(json_t *gltf, json_t *node, bool top, size_t index, size_t count);
+
 /* Everything of a file; gltf may be NULL. */
 void convert_file(const char *path, json_t *gltf);
 

@@ -54,16 +54,33 @@ static pnb_status add_objects(pnb_scene *scene, const struct scene_import_data *
     }
     for (size_t i = 0; i < data->object_count; i++) {
         const struct scene_import_object *from = &data->objects[i];
-        pnb_object object = {
-            .name = from->name, .mesh = from->mesh, .casts = true, .receives = true};
+        pnb_object object = {.name = from->name,
+                             .mesh = from->mesh,
+                             .casts = from->casts,
+                             .receives = from->receives,
+                             .plane = from->plane};
         memcpy(object.world_from_mesh, from->world_from_mesh, sizeof(object.world_from_mesh));
         for (int c = 0; c < 3; c++)
             object.color[c] = clamp_albedo(from->color[c]);
+        for (int c = 0; c < 3; c++)
+            object.emission[c] = from->emission[c] > 0 ? from->emission[c] : 0;
         pnb_status status = pnb_scene_add_object(scene, &object, NULL);
         if (status != PNB_OK)
             return status;
     }
     return PNB_OK;
+}
+
+static void set_surroundings(pnb_scene *scene, const struct scene_import_data *data)
+{
+    bool fine = data->has_surroundings;
+    for (int c = 0; c < 3; c++)
+        fine = fine && isfinite(data->ambient[c]) && data->ambient[c] >= 0 &&
+               isfinite(data->background[c]) && data->background[c] >= 0;
+    if (!fine)
+        return;
+    pnb_scene_set_ambient(scene, data->ambient);
+    pnb_scene_set_background(scene, data->background);
 }
 
 static pnb_status add_lights(pnb_scene *scene, const struct scene_import_data *data)
@@ -145,6 +162,7 @@ pnb_status scene_import_assemble(pnb_context *context, const char *file,
     if (status != PNB_OK)
         return status;
     add_notes(scene, data, NULL);
+    set_surroundings(scene, data);
     status = scene_set_name(scene, base_name(file, name, sizeof(name)));
     if (status == PNB_OK)
         status = add_objects(scene, data);

@@ -29,7 +29,7 @@ struct scene_import_mesh {
 struct scene_import_object {
     char *name;
     uint32_t mesh;
-    bool double_sided;
+    bool double_sided, casts, receives, plane;
     double world_from_mesh[12], color[3], emission[3];
 };
 
@@ -48,6 +48,8 @@ struct scene_import_data {
     size_t camera_count, camera_capacity;
     pnb_light *lights; /* names are the data's; not yet checked */
     size_t light_count, light_capacity;
+    bool has_surroundings; /* ambient and background: given */
+    double ambient[3], background[3];
     char **notes;
     size_t note_count, note_capacity;
 };

@@ -140,7 +140,11 @@ static bool read_object(struct reader *reader, struct scene_import_data *data)
 {
     struct scene_import_object object = {.name = take_text(reader)};
     object.mesh = take_u32(reader);
-    object.double_sided = take_u32(reader) & IMPORT_DOUBLE_SIDED;
+    uint32_t flags = take_u32(reader);
+    object.double_sided = flags & IMPORT_DOUBLE_SIDED;
+    object.casts = !(flags & IMPORT_CASTS_NOT);
+    object.receives = !(flags & IMPORT_RECEIVES_NOT);
+    object.plane = flags & IMPORT_PLANE;
     take_numbers(reader, object.world_from_mesh, 12);
     take_numbers(reader, object.color, 3);
     take_numbers(reader, object.emission, 3);
@@ -221,6 +225,14 @@ static bool read_note(struct reader *reader, struct scene_import_data *data)
     return true;
 }
 
+static bool read_surroundings(struct reader *reader, struct scene_import_data *data)
+{
+    take_numbers(reader, data->ambient, 3);
+    take_numbers(reader, data->background, 3);
+    data->has_surroundings = true;
+    return !reader->broken;
+}
+
 static bool read_record(struct reader *reader, uint32_t kind, struct scene_import_data *data)
 {
     switch (kind) {
@@ -229,6 +241,7 @@ static bool read_record(struct reader *reader, uint32_t kind, struct scene_impor
     case IMPORT_CAMERA: return read_camera(reader, data);
     case IMPORT_LIGHT: return read_light(reader, data);
     case IMPORT_NOTE: return read_note(reader, data);
+    case IMPORT_SURROUNDINGS: return read_surroundings(reader, data);
     default: reader->broken = true; return false;
     }
 }

@@ -10,26 +10,32 @@
  * every field is a multiple of 4 bytes, so that arrays lie aligned in the stream and are used where
  * they lie. Text is u32 length, its bytes, and zeros up to the next multiple of 4.
  *
- *   MESH    text name, u32 vertices, u32 triangles, u32 flags (1: normals), f32 x 3 positions,
- *           f32 x 3 normals if flagged, u32 x 3 indices
- *   OBJECT  text name, u32 mesh (by order in the stream, before this record), u32 flags (1: the
- *           material is double-sided), f64 x 12 world_from_mesh, f64 x 3 colour, f64 x 3 emission
- *   CAMERA  text name, f64 x 3 eye, f64 x 3 direction, f64 x 3 up, f64 vertical field of view,
- * degrees LIGHT   text name, u32 type (pnb_light_type), u32 zero, f64 x 3 colour, f64 x 9 shape:
- * the numbers of pnb_light's structs in their order, zeros after them. No polygons or lines. NOTE
- * text
+ *   MESH: text name, u32 vertices, u32 triangles, u32 flags, f32 x 3 positions, f32 x 3 normals if
+ *   flagged, u32 x 3 indices
+ *
+ *   OBJECT: text name, u32 mesh (by order in the stream, before this record), u32 flags, f64 x 12
+ *   world_from_mesh, f64 x 3 colour, f64 x 3 emission
+ *
+ *   CAMERA: text name, f64 x 3 eye, f64 x 3 direction, f64 x 3 up, f64 vertical field of view in
+ *   degrees
+ *
+ *   LIGHT: text name, u32 type (pnb_light_type, but no polygon or line), u32 zero, f64 x 3 colour,
+ *   f64 x 9 shape: the numbers of pnb_light's structs in their order, zeros after them
+ *
+ *   NOTE: text
+ *
+ *   SURROUNDINGS: f64 x 3 ambient, f64 x 3 background
  */
 #ifndef SCENE_IMPORT_STREAM_H
 #define SCENE_IMPORT_STREAM_H
 
-#define IMPORT_MAGIC          "PNBSTRM" /* 8 bytes with its zero */
-#define IMPORT_VERSION        1u
-#define IMPORT_HEADER_SIZE    16
-#define IMPORT_RECORD_SIZE    16 /* without its content */
-#define IMPORT_TEXT_MAX       1024
-#define IMPORT_OBJECT_NUMBERS 18
-#define IMPORT_CAMERA_NUMBERS 10
-#define IMPORT_LIGHT_NUMBERS  12
+#define IMPORT_MAGIC                "PNBSTRM" /* 8 bytes with its zero */
+#define IMPORT_VERSION              1u
+#define IMPORT_TEXT_MAX             1024
+#define IMPORT_OBJECT_NUMBERS       18
+#define IMPORT_CAMERA_NUMBERS       10
+#define IMPORT_LIGHT_NUMBERS        12
+#define IMPORT_SURROUNDINGS_NUMBERS 6
 
 enum import_record {
     IMPORT_END = 0,
@@ -37,10 +43,17 @@ enum import_record {
     IMPORT_OBJECT,
     IMPORT_CAMERA,
     IMPORT_LIGHT,
-    IMPORT_NOTE
+    IMPORT_NOTE,
+    IMPORT_SURROUNDINGS
 };
-#define IMPORT_HAS_NORMALS  1u /* of a mesh */
-#define IMPORT_DOUBLE_SIDED 1u /* of an object */
+
+/* Flags of a mesh, and of an object. */
+#define IMPORT_HAS_NORMALS 1u
+
+#define IMPORT_DOUBLE_SIDED 1u
+#define IMPORT_CASTS_NOT    2u
+#define IMPORT_RECEIVES_NOT 4u
+#define IMPORT_PLANE        8u
 
 /* Exit status of the importer; the reason is the first line of its standard error. */
 enum import_exit {

@@ -135,7 +135,7 @@ pnb_status pnb_scene_add_object(pnb_scene *scene, const pnb_object *object, size
     if (unset)
         memcpy(copy.world_from_mesh, identity, sizeof(identity));
     for (int c = 0; c < 3; c++)
-        if (!isfinite(copy.color[c]))
+        if (!isfinite(copy.color[c]) || !isfinite(copy.emission[c]))
             return status_fail(context, PNB_ERROR_SCENE, name, "its colour is not finite");
     pnb_status status = check_placement(scene, name, copy.world_from_mesh);
     if (status == PNB_OK)

@@ -269,8 +269,10 @@ static void finish_colours(void *user, size_t begin, size_t end, int worker)
             if (s->objects[i] == PNB_NO_OBJECT)
                 *value = (float)scene->background[c];
             else
-                *value = (float)(scene->objects[s->objects[i]].info.color[c] *
-                                 (scene->ambient[c] + *value));
+                *value =
+                    (float)(scene->objects[s->objects[i]].info.color[c] *
+                                (scene->ambient[c] + *value) +
+                            job->exposure * M_PI * scene->objects[s->objects[i]].info.emission[c]);
         }
     }
 }
