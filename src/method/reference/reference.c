@@ -36,6 +36,7 @@
 #define TABLE_BYTES  (4u << 20)
 #define BLOCKS_MAX   64
 #define COHERENT_RAD 0.06
+#define BATCH        8
 
 /* The loop around the tracing call is built for wide vectors as well, chosen at load time. Same
  * results: subtraction and comparison only, and no contraction. */
@@ -204,7 +205,8 @@ static bool tile_receiver(const struct reference_frame *frame, size_t tile, size
 }
 
 /* The receivers of a tile that face some of the light; the others' visibility is written. */
-static void tile_begin(const struct reference_frame *frame, size_t tile, struct reference_tile *t)
+void reference_tile_begin(const struct reference_frame *frame, size_t tile,
+                          struct reference_tile *t)
 {
     const struct reference *r = frame->reference;
     size_t block = hash32((uint32_t)tile ^ 0x5bf03635u) % r->blocks;
@@ -279,26 +281,43 @@ set_origin(const struct reference_receiver *at, int first, int last, struct trac
     }
 }
 
-/* N a multiple of 16: whole packets per receiver. */
+void reference_packet(const struct reference_frame *frame, const struct reference_receiver *at,
+                      size_t sample, struct trace_rays *rays, int32_t *valid)
+{
+    set_origin(at, 0, TRACE_WIDTH, rays);
+    aim(frame, at, 0, TRACE_WIDTH, sample, rays, valid);
+}
+
+/* N a multiple of 16: whole packets per receiver. Packets are written, traced and read in batches:
+ * Embree loads whole cache lines that were just stored in smaller pieces, and the other way round,
+ * which would stall on each packet. */
 REFERENCE_WIDE
 static uint64_t trace_whole(const struct reference_frame *frame, struct reference_tile *t)
 {
     uint64_t traced = 0;
-    struct trace_rays rays;
-    int32_t valid[TRACE_WIDTH] __attribute__((aligned(64)));
-    trace_rays_init(&rays);
+    struct trace_rays rays[BATCH];
+    int32_t valid[BATCH][TRACE_WIDTH] __attribute__((aligned(64)));
+    int packets = (int)(frame->samples / TRACE_WIDTH);
+    for (int b = 0; b < BATCH; b++)
+        trace_rays_init(&rays[b]);
     for (int k = 0; k < t->count; k++) {
         struct reference_receiver *at = &t->receivers[k];
         uint32_t seen = 0, below = 0;
-        set_origin(at, 0, TRACE_WIDTH, &rays);
-        for (size_t i = 0; i < frame->samples; i += TRACE_WIDTH) {
-            aim(frame, at, 0, TRACE_WIDTH, i, &rays, valid);
-            trace_occluded(frame->reference->trace, valid, at->coherent, &rays);
-            for (int lane = 0; lane < TRACE_WIDTH; lane++)
-                seen += (uint32_t)(valid[lane] & (rays.tfar[lane] > 0));
-            if (!at->whole)
+        for (int b = 0; b < BATCH && b < packets; b++)
+            set_origin(at, 0, TRACE_WIDTH, &rays[b]);
+        for (int first = 0; first < packets; first += BATCH) {
+            int count = packets - first < BATCH ? packets - first : BATCH;
+            for (int b = 0; b < count; b++)
+                aim(frame, at, 0, TRACE_WIDTH, (size_t)(first + b) * TRACE_WIDTH, &rays[b],
+                    valid[b]);
+            for (int b = 0; b < count; b++)
+                trace_occluded(frame->reference->trace, valid[b], at->coherent, &rays[b]);
+            for (int b = 0; b < count; b++)
                 for (int lane = 0; lane < TRACE_WIDTH; lane++)
-                    below += (uint32_t)(valid[lane] + 1);
+                    seen += (uint32_t)(valid[b][lane] & (rays[b].tfar[lane] > 0));
+            for (int b = 0; b < count && !at->whole; b++)
+                for (int lane = 0; lane < TRACE_WIDTH; lane++)
+                    below += (uint32_t)(valid[b][lane] + 1);
         }
         at->seen = seen;
         traced += frame->samples - below;
@@ -348,7 +367,7 @@ static void trace_body(void *user, size_t begin, size_t end, int worker)
     uint64_t traced = 0;
     for (size_t tile = begin; tile < end; tile++) {
         struct reference_tile t;
-        tile_begin(frame, tile, &t);
+        reference_tile_begin(frame, tile, &t);
         if (frame->samples % TRACE_WIDTH == 0)
             traced += trace_whole(frame, &t);
         else
@@ -374,49 +393,66 @@ static void describe_bundle(struct reference_frame *frame)
         frame->packet_area = 0;
 }
 
-static pnb_status reference_visibility(pnb_solver *solver, const pnb_light *light,
-                                       const pnb_receivers *receivers, float *visibility)
+pnb_status reference_frame_init(pnb_solver *solver, const pnb_light *light,
+                                const pnb_receivers *receivers, float *visibility,
+                                struct light_shape *shape, struct reference_frame *frame)
 {
     struct reference *r = solver->state;
     pnb_context *context = solver->context;
-    struct light_shape shape;
-    pnb_status status = light_shape_init(context, light, &shape);
+    pnb_status status = light_shape_init(context, light, shape);
     if (status != PNB_OK)
         return status;
-    struct reference_frame frame = {
+    bool sun = light->type == PNB_LIGHT_SUN;
+    *frame = (struct reference_frame){
         .reference = r,
-        .shape = &shape,
+        .shape = shape,
         .receivers = receivers,
         .visibility = visibility,
         .samples = light->type == PNB_LIGHT_POINT ? 1 : r->samples,
         .lift = scene_receiver_lift(solver->scene),
-        .sun = light->type == PNB_LIGHT_SUN,
-        .tfar = light->type == PNB_LIGHT_SUN ? INFINITY : (float)(1 - TOLERANCE_LIGHT_GAP),
+        .sun = sun,
+        .tfar = sun ? INFINITY : (float)(1 - TOLERANCE_LIGHT_GAP),
     };
-    describe_bundle(&frame);
-    size_t tiles = (receivers->count + REFERENCE_TILE - 1) / REFERENCE_TILE;
+    describe_bundle(frame);
+    frame->tiles = (receivers->count + REFERENCE_TILE - 1) / REFERENCE_TILE;
     if (receivers->width > 0) {
-        frame.tiles_x = (size_t)(receivers->width + TILE - 1) / TILE;
-        tiles = frame.tiles_x * (size_t)((receivers->height + TILE - 1) / TILE);
+        frame->tiles_x = (size_t)(receivers->width + TILE - 1) / TILE;
+        frame->tiles = frame->tiles_x * (size_t)((receivers->height + TILE - 1) / TILE);
     }
     size_t workers = (size_t)pnb_context_threads(context);
-    frame.rays = memory_calloc(context, workers, sizeof(*frame.rays));
-    if (!frame.rays)
-        status = status_no_memory(context, workers * sizeof(*frame.rays));
+    frame->rays = memory_calloc(context, workers, sizeof(*frame->rays));
+    if (!frame->rays)
+        status = status_no_memory(context, workers * sizeof(*frame->rays));
     if (status == PNB_OK)
         status = fill_tables(solver, light->type == PNB_LIGHT_LINE);
-    if (status == PNB_OK) {
-        parallel_for(context, r->blocks * REFERENCE_TILE, 1, target_body, &frame);
-        status = parallel_for_progress(context, "visibility", 0, 1, tiles, 16, trace_body, &frame);
-    }
-    if (status == PNB_OK) {
-        uint64_t rays = 0;
-        for (size_t i = 0; i < workers; i++)
-            rays += frame.rays[i].count;
-        solver_count(solver, "rays", (double)rays);
-    }
-    memory_free(context, frame.rays);
-    light_shape_finish(context, &shape);
+    if (status == PNB_OK)
+        parallel_for(context, r->blocks * REFERENCE_TILE, 1, target_body, frame);
+    else
+        reference_frame_finish(solver, frame);
+    return status;
+}
+
+void reference_frame_finish(pnb_solver *solver, struct reference_frame *frame)
+{
+    memory_free(solver->context, frame->rays);
+    light_shape_finish(solver->context, (struct light_shape *)frame->shape);
+}
+
+static pnb_status reference_visibility(pnb_solver *solver, const pnb_light *light,
+                                       const pnb_receivers *receivers, float *visibility)
+{
+    struct light_shape shape;
+    struct reference_frame frame;
+    pnb_status status = reference_frame_init(solver, light, receivers, visibility, &shape, &frame);
+    if (status != PNB_OK)
+        return status;
+    status = parallel_for_progress(solver->context, "visibility", 0, 1, frame.tiles, 16, trace_body,
+                                   &frame);
+    uint64_t rays = 0;
+    for (int i = 0; i < pnb_context_threads(solver->context); i++)
+        rays += frame.rays[i].count;
+    solver_count(solver, "rays", (double)rays);
+    reference_frame_finish(solver, &frame);
     return status;
 }
 

@@ -26,7 +26,7 @@ struct reference_frame {
     const struct light_shape *shape;
     const pnb_receivers *receivers;
     float *visibility;
-    size_t tiles_x;
+    size_t tiles, tiles_x;
     uint32_t samples;
     double lift;
     vec3 middle;        /* of the light */
@@ -51,5 +51,17 @@ struct reference_tile {
     int count;
     struct reference_receiver receivers[REFERENCE_TILE];
 };
+
+/* A frame's preparation: the samples' places on this light. The frame points to shape. */
+pnb_status reference_frame_init(pnb_solver *solver, const pnb_light *light,
+                                const pnb_receivers *receivers, float *visibility,
+                                struct light_shape *shape, struct reference_frame *frame);
+void reference_frame_finish(pnb_solver *solver, struct reference_frame *frame);
+/* The receivers of a tile that face some of the light; the others' visibility is written. */
+void reference_tile_begin(const struct reference_frame *frame, size_t tile,
+                          struct reference_tile *t);
+/* The packet of samples [sample, sample + 16) of a receiver. */
+void reference_packet(const struct reference_frame *frame, const struct reference_receiver *at,
+                      size_t sample, struct trace_rays *rays, int32_t *valid);
 
 #endif
