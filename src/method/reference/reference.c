@@ -288,6 +288,29 @@ void reference_packet(const struct reference_frame *frame, const struct referenc
     aim(frame, at, 0, TRACE_WIDTH, sample, rays, valid);
 }
 
+/* GCC and clang vectors: left to itself, the compiler unrolls the lanes instead. */
+typedef float float16 __attribute__((vector_size(64), aligned(4), may_alias));
+typedef int32_t int16 __attribute__((vector_size(64), aligned(4), may_alias));
+
+/* A whole packet: aim() in vectors, the same operations. */
+#define aim_whole(frame, at, sample, rays, valid)                                                  \
+    __extension__({                                                                                \
+        const float *x_ = (at)->targets + (sample), *y_ = x_ + (frame)->reference->samples,        \
+                    *z_ = y_ + (frame)->reference->samples;                                        \
+        float keep_ = (frame)->sun ? 0.0f : 1.0f;                                                  \
+        float16 dx_ = *(const float16 *)x_ - keep_ * (at)->origin[0];                              \
+        float16 dy_ = *(const float16 *)y_ - keep_ * (at)->origin[1];                              \
+        float16 dz_ = *(const float16 *)z_ - keep_ * (at)->origin[2];                              \
+        float16 h_ = (at)->normal[0] * dx_ + (at)->normal[1] * dy_ + (at)->normal[2] * dz_;        \
+        int16 valid_ = (h_ + (at)->height > 0) | ((at)->whole ? -1 : 0);                           \
+        *(float16 *)(rays)->dir_x = dx_;                                                           \
+        *(float16 *)(rays)->dir_y = dy_;                                                           \
+        *(float16 *)(rays)->dir_z = dz_;                                                           \
+        *(float16 *)(rays)->tfar = (float16){0} + (frame)->tfar;                                   \
+        *(int16 *)(valid) = valid_;                                                                \
+        valid_;                                                                                    \
+    })
+
 /* N a multiple of 16: whole packets per receiver. Packets are written, traced and read in batches:
  * Embree loads whole cache lines that were just stored in smaller pieces, and the other way round,
  * which would stall on each packet. */
@@ -302,25 +325,23 @@ static uint64_t trace_whole(const struct reference_frame *frame, struct referenc
         trace_rays_init(&rays[b]);
     for (int k = 0; k < t->count; k++) {
         struct reference_receiver *at = &t->receivers[k];
-        uint32_t seen = 0, below = 0;
+        int16 seen = {0}, above = {0}; /* minus the counts, per lane */
         for (int b = 0; b < BATCH && b < packets; b++)
             set_origin(at, 0, TRACE_WIDTH, &rays[b]);
         for (int first = 0; first < packets; first += BATCH) {
             int count = packets - first < BATCH ? packets - first : BATCH;
             for (int b = 0; b < count; b++)
-                aim(frame, at, 0, TRACE_WIDTH, (size_t)(first + b) * TRACE_WIDTH, &rays[b],
-                    valid[b]);
+                above +=
+                    aim_whole(frame, at, (size_t)(first + b) * TRACE_WIDTH, &rays[b], valid[b]);
             for (int b = 0; b < count; b++)
                 trace_occluded(frame->reference->trace, valid[b], at->coherent, &rays[b]);
             for (int b = 0; b < count; b++)
-                for (int lane = 0; lane < TRACE_WIDTH; lane++)
-                    seen += (uint32_t)(valid[b][lane] & (rays[b].tfar[lane] > 0));
-            for (int b = 0; b < count && !at->whole; b++)
-                for (int lane = 0; lane < TRACE_WIDTH; lane++)
-                    below += (uint32_t)(valid[b][lane] + 1);
+                seen += *(const int16 *)valid[b] & (*(const float16 *)rays[b].tfar > 0);
         }
-        at->seen = seen;
-        traced += frame->samples - below;
+        for (int lane = 0; lane < TRACE_WIDTH; lane++) {
+            at->seen -= (uint32_t)seen[lane];
+            traced += (uint32_t)-above[lane];
+        }
     }
     return traced;
 }
