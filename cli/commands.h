@@ -6,6 +6,7 @@
 int command_render(int argc, char **argv);
 int command_compare(int argc, char **argv);
 int command_bench(int argc, char **argv);
+int command_shadow(int argc, char **argv);
 int command_info(int argc, char **argv);
 int command_methods(int argc, char **argv);
 int command_scenes(int argc, char **argv);

@@ -18,6 +18,7 @@ static const struct entry entries[] = {
     {"render", "SCENE", "one picture, shaded, with shadows", command_render},
     {"compare", "SCENE... -o DIR", "methods against the truth: a page and a report",
      command_compare},
+    {"shadow", "SCENE", "the shadow on a plane as geometry: SVG, PDF, GLB, ...", command_shadow},
     {"bench", "[SUITE]", "measurements", command_bench},
     {"info", "SCENE", "what is in a scene, and what each method can do with it", command_info},
     {"methods", "[NAME]", "the shadow methods and their parameters", command_methods},

@@ -498,6 +498,7 @@ static int check_params(const struct cli_options *options)
             const char *name = all               ? pnb_method(m)->name
                                : several         ? options->methods[m]
                                : options->method ? options->method
+                               : command->method ? command->method
                                                  : pnb_default_method();
             const pnb_method_info *method = pnb_method_find(name);
             if (!method)

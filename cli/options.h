@@ -53,6 +53,7 @@ struct cli_command {
     size_t least_operands, most_operands;
     const char *output_help; /* what -o is here */
     const char *text;        /* what --help says after the options: details and examples */
+    const char *method;      /* whose parameters -p are without -m; NULL: pnb_default_method() */
 };
 
 struct cli_options {

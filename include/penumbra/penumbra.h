@@ -6,6 +6,7 @@
  *   light.h       the shapes of lights, their samples and their unshadowed irradiance
  *   surface.h     the visible surface of each pixel: the receivers of a frame
  *   method.h      methods (what they can do) and solvers (a method at work on a scene)
+ *   shadow.h      shadows on planes as geometry, and its files: OBJ, PLY, GLB, SVG, PDF, GeoJSON
  *   image.h       float images, PNG, EXR, PFM, error maps
  *   measure.h     visibility against truth: the error figures
  *
@@ -24,6 +25,7 @@
 #include <penumbra/measure.h>
 #include <penumbra/method.h>
 #include <penumbra/scene.h>
+#include <penumbra/shadow.h>
 #include <penumbra/surface.h>
 
 #endif

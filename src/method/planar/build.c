@@ -391,6 +391,9 @@ static pnb_status copy_part(struct shadow_builder *b, const struct planar_result
         if (r->edges[i].below > 0 || r->edges[i].above > 0)
             part->edges[part->edge_count++] = r->edges[i];
     part->rings = rings;
+    part->origin[0] = g->x;
+    part->origin[1] = g->y;
+    part->scale = g->scale;
     return PNB_OK;
 }
 

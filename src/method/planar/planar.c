@@ -12,24 +12,16 @@
 
 #include "method/planar/room.h"
 
-struct planar_state {
-    struct shadow_builder builder;
-    struct shadow_settings settings;
-    struct shadow_plane *planes;
-    size_t plane_count;
-    bool stale;
-    struct shadow_part part;
-};
-
 struct lookup {
+    pnb_context *context;
     const struct shadow_plane *plane;
     const struct shadow_locator *locator;
     const pnb_receivers *receivers;
-    const struct light_shape *shape;
     double near; /* how far from the plane a receiver of unknown object may be */
     double weight;
     bool first;
     float *visibility;
+    double milliseconds;
 };
 
 static const char *const placements[] = {"optimised", "border", "random"};
@@ -54,6 +46,7 @@ void shadow_settings_read(const pnb_solver *solver, struct shadow_settings *s)
         .fill = (enum planar_rule)word(solver_param(solver, "fill"), fills, 3),
         .mend = (enum shadow_mend)word(solver_param(solver, "mend"), mends, 3),
         .join = solver_param_number(solver, "join"),
+        .tolerance = solver_param_number(solver, "tolerance"),
     };
 }
 
@@ -101,7 +94,6 @@ static pnb_status make_planes(pnb_solver *solver, vec3 towards)
         if (!all || !shadow_next_receiver(scene, &object))
             break;
     }
-    state->stale = false;
     return status;
 }
 
@@ -143,7 +135,6 @@ static void planar_destroy(pnb_solver *solver)
 static pnb_status planar_update(pnb_solver *solver, pnb_update update)
 {
     struct planar_state *state = solver->state;
-    state->stale = true;
     pnb_status status = shadow_builder_update(&state->builder, update);
     if (!status && state->plane_count > 0)
         status =
@@ -174,34 +165,38 @@ static void lookup_body(void *user, size_t begin, size_t end, int worker)
     }
 }
 
-static pnb_status look_up(pnb_solver *solver, struct lookup *job, const struct shadow_part *part)
+static pnb_status look_up(void *user, const struct shadow_plane *plane,
+                          const struct shadow_part *part, bool first)
 {
+    struct lookup *job = user;
     struct shadow_locator locator;
-    pnb_status status = shadow_locator_init(solver->context, part, &locator);
+    double started = clock_ms();
+    pnb_status status = shadow_locator_init(job->context, part, &locator);
     if (status)
         return status;
+    job->plane = plane;
     job->locator = &locator;
-    parallel_for(solver->context, job->receivers->count, 4096, lookup_body, job);
-    shadow_locator_finish(solver->context, &locator);
+    job->weight = part->weight;
+    job->first = first;
+    parallel_for(job->context, job->receivers->count, 4096, lookup_body, job);
+    shadow_locator_finish(job->context, &locator);
+    job->milliseconds += clock_ms() - started;
     return PNB_OK;
 }
 
-static pnb_status planar_visibility(pnb_solver *solver, const pnb_light *light,
-                                    const pnb_receivers *receivers, float *visibility)
+pnb_status shadow_visit(pnb_solver *solver, const pnb_light *light, shadow_visitor *visit,
+                        void *user)
 {
     struct planar_state *state = solver->state;
     pnb_context *context = solver->context;
     struct light_shape shape;
     struct shadow_cluster *clusters = NULL;
     size_t cluster_count = 0, triangles = 0;
-    for (size_t i = 0; i < receivers->count; i++)
-        visibility[i] = NAN;
     pnb_status status = light_shape_init(context, light, &shape);
     if (status)
         return status;
     status = shadow_clusters(context, &shape, &clusters, &cluster_count);
     memset(&state->builder.times, 0, sizeof(state->builder.times));
-    double look_ms = 0;
     for (size_t i = 0; i < state->plane_count && !status; i++) {
         struct shadow_plane *plane = &state->planes[i];
         vec3 towards = shadow_light_middle(&shape, plane->frame.origin, 1e6);
@@ -210,21 +205,15 @@ static pnb_status planar_visibility(pnb_solver *solver, const pnb_light *light,
             shadow_plane_finish(context, plane);
             status = shadow_plane_init(context, solver->scene, object, towards, plane);
         }
-        struct lookup job = {.plane = plane,
-                             .receivers = receivers,
-                             .shape = &shape,
-                             .near = 8 * scene_receiver_lift(solver->scene),
-                             .visibility = visibility};
-        for (size_t c = 0; c < cluster_count && !status; c++) {
-            status = shadow_build(&state->builder, plane, &shape, &clusters[c], &state->settings,
-                                  &state->part);
-            double started = clock_ms();
-            job.weight = clusters[c].weight;
-            job.first = c == 0;
+        bool refine = state->settings.tolerance > 0;
+        for (size_t c = 0; c < (refine ? 1 : cluster_count) && !status; c++) {
+            status = refine ? shadow_refine(&state->builder, plane, light, &state->settings,
+                                            &state->part)
+                            : shadow_build(&state->builder, plane, &shape, &clusters[c],
+                                           &state->settings, &state->part);
             triangles += state->part.triangle_count;
             if (!status)
-                status = look_up(solver, &job, &state->part);
-            look_ms += clock_ms() - started;
+                status = visit(user, plane, &state->part, c == 0);
         }
     }
     const struct shadow_times *t = &state->builder.times;
@@ -232,14 +221,28 @@ static pnb_status planar_visibility(pnb_solver *solver, const pnb_light *light,
     solver_count(solver, "silhouette_edges", (double)t->silhouette_edges);
     solver_count(solver, "crossings", (double)t->crossings);
     solver_count(solver, "careful_sweeps", (double)t->careful);
+    solver_count(solver, "evaluations", (double)t->evaluations);
     solver_count(solver, "silhouettes_ms", t->silhouettes_ms);
     solver_count(solver, "outlines_ms", t->outlines_ms);
     solver_count(solver, "rings_ms", t->rings_ms);
     solver_count(solver, "fill_ms", t->fill_ms);
     solver_count(solver, "values_ms", t->values_ms);
-    solver_count(solver, "look_up_ms", look_ms);
     memory_free(context, clusters);
     light_shape_finish(context, &shape);
+    return status;
+}
+
+static pnb_status planar_visibility(pnb_solver *solver, const pnb_light *light,
+                                    const pnb_receivers *receivers, float *visibility)
+{
+    for (size_t i = 0; i < receivers->count; i++)
+        visibility[i] = NAN;
+    struct lookup job = {.context = solver->context,
+                         .receivers = receivers,
+                         .near = 8 * scene_receiver_lift(solver->scene),
+                         .visibility = visibility};
+    pnb_status status = shadow_visit(solver, light, look_up, &job);
+    solver_count(solver, "look_up_ms", job.milliseconds);
     return status;
 }
 
@@ -278,6 +281,12 @@ static const pnb_param_info params[] = {
      .minimum = 0,
      .maximum = 1e6,
      .summary = "metres: lines nearer than this become one"},
+    {.key = "tolerance",
+     .type = PNB_PARAM_NUMBER,
+     .default_value = "0",
+     .minimum = 0,
+     .maximum = 1,
+     .summary = "refine the mesh until it is this near the exact shadow; 0: rings"},
 };
 
 const struct method method_planar = {

@@ -53,12 +53,13 @@ struct shadow_part {
     struct planar_edge *edges; /* of the rings; none after refinement */
     size_t edge_count, edge_capacity;
     int rings;
-    double weight; /* share of the light's area */
+    double weight;           /* share of the light's area */
+    double origin[2], scale; /* points = origin + integers / scale */
 };
 
 struct shadow_times {
     double silhouettes_ms, outlines_ms, rings_ms, fill_ms, values_ms;
-    size_t silhouette_edges, outline_edges, ring_edges, crossings, exchanges, careful;
+    size_t silhouette_edges, outline_edges, ring_edges, crossings, exchanges, careful, evaluations;
 };
 
 struct shadow_builder {
@@ -144,6 +145,21 @@ void shadow_locator_finish(pnb_context *context, struct shadow_locator *locator)
  * PLANAR_NONE. */
 double shadow_at(const struct shadow_locator *locator, double x, double y, uint32_t *io_hint);
 
+/* The solver's state. */
+struct planar_state {
+    struct shadow_builder builder;
+    struct shadow_settings settings;
+    struct shadow_plane *planes;
+    size_t plane_count;
+    struct shadow_part part; /* of the last visit */
+};
+
+/* Makes the shadow on every plane, part by part; visit is called with each (first: the first part
+ * of a plane; lights that are not convex have several, whose weights add up to 1). */
+typedef pnb_status shadow_visitor(void *user, const struct shadow_plane *plane,
+                                  const struct shadow_part *part, bool first);
+pnb_status shadow_visit(pnb_solver *solver, const pnb_light *light, shadow_visitor *visit,
+                        void *user);
 void shadow_settings_read(const pnb_solver *solver, struct shadow_settings *settings);
 
 #endif
