@@ -40,6 +40,9 @@ void solver_count(pnb_solver *solver, const char *name, double value);
 void solver_warn(pnb_solver *solver, const char *format, ...) __attribute__((format(printf, 2, 3)));
 
 const struct method *method_find(const char *name); /* NULL: none of that name */
+/* "a, b, c": the methods that can do the lights of any of the bits, or any receivers; "none". */
+void method_list_lights(unsigned bits, char *text, size_t size);
+void method_list_any_receivers(char *text, size_t size);
 
 /* The rooms, each defined in its own folder. */
 extern const struct method method_exact;

@@ -170,24 +170,6 @@ pnb_status pnb_solver_update(pnb_solver *solver, pnb_update update)
     return status;
 }
 
-static pnb_status refuse(pnb_solver *solver, const char *what, const char *reason,
-                         bool (*can)(const pnb_method_info *info, unsigned bit), unsigned bit)
-{
-    char able[256] = "none";
-    for (size_t i = 0, used = 0; i < pnb_method_count() && used < sizeof(able); i++)
-        if (can(pnb_method(i), bit))
-            used += (size_t)snprintf(able + used, sizeof(able) - used, "%s%s", used ? ", " : "",
-                                     pnb_method(i)->name);
-    return status_fail(solver->context, PNB_ERROR_UNSUPPORTED, what,
-                       "the method %s cannot do %s; these can: %s", solver->method->info.name,
-                       reason, able);
-}
-
-static bool can_light(const pnb_method_info *info, unsigned bit)
-{
-    return (info->lights & bit) != 0;
-}
-
 pnb_status pnb_solver_visibility(pnb_solver *solver, const pnb_light *light,
                                  const pnb_receivers *receivers, float *visibility)
 {
@@ -195,11 +177,13 @@ pnb_status pnb_solver_visibility(pnb_solver *solver, const pnb_light *light,
     pnb_status status = pnb_light_check(context, light);
     if (status != PNB_OK)
         return status;
-    if (!can_light(&solver->method->info, PNB_LIGHT_BIT(light->type))) {
-        char kind[64];
-        snprintf(kind, sizeof(kind), "%s lights", pnb_light_type_name(light->type));
-        return refuse(solver, light->name && *light->name ? light->name : "light", kind, can_light,
-                      PNB_LIGHT_BIT(light->type));
+    if (!(solver->method->info.lights & PNB_LIGHT_BIT(light->type))) {
+        char able[256];
+        method_list_lights(PNB_LIGHT_BIT(light->type), able, sizeof(able));
+        return status_fail(context, PNB_ERROR_UNSUPPORTED,
+                           light->name && *light->name ? light->name : "light",
+                           "the method %s cannot do %s lights; these can: %s",
+                           solver->method->info.name, pnb_light_type_name(light->type), able);
     }
     if (receivers->width < 0 || receivers->height < 0 ||
         (receivers->width > 0 &&

@@ -97,10 +97,14 @@ pnb_status shadow_find_receiver(pnb_context *context, const pnb_scene *scene, co
             }
         }
     }
-    if (best == 0)
+    if (best == 0) {
+        char able[256];
+        method_list_any_receivers(able, sizeof(able));
         return status_fail(context, PNB_ERROR_UNSUPPORTED, "planar",
-                           "the scene has no plane that receives shadows; "
-                           "dbuffer, wedge-blend and reference do other receivers");
+                           "the scene has no plane that receives shadows; these methods do other "
+                           "receivers: %s",
+                           able);
+    }
     return PNB_OK;
 }
 
@@ -118,11 +122,13 @@ pnb_status shadow_plane_init(pnb_context *context, pnb_scene *scene, size_t obje
     *plane = (struct shadow_plane){.object = object};
     struct flat_object f = examine(scene, object);
     const pnb_object *receiver = &scene->objects[object].info;
-    if (!f.flat)
-        return status_fail(context, PNB_ERROR_UNSUPPORTED,
-                           receiver->name ? receiver->name : "object",
-                           "is not flat, which planar needs; dbuffer, wedge-blend and reference do "
-                           "other receivers");
+    if (!f.flat) {
+        char able[256];
+        method_list_any_receivers(able, sizeof(able));
+        return status_fail(
+            context, PNB_ERROR_UNSUPPORTED, receiver->name ? receiver->name : "object",
+            "is not flat, which planar needs; these methods do other receivers: %s", able);
+    }
     struct silhouette_plane *frame = &plane->frame;
     frame->origin = f.center;
     frame->n = v3_dot(v3_sub(towards, f.center), f.normal) < 0 ? v3_scale(f.normal, -1) : f.normal;
