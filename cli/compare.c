@@ -25,7 +25,9 @@ static const char help_text[] =
     "DIR/report.json. The truth is ray-traced with --truth-samples samples per pixel. Without\n"
     "--methods: every method that can do the light, reference at 16, 64, 256 and 1024 samples.\n"
     "Each method takes those of the -p parameters that it knows, and -n where NAME:SAMPLES says\n"
-    "nothing else.\n\n"
+    "nothing else. A method asked for by name that cannot do the scene is an error, found at "
+    "once;\n"
+    "of several scenes it is left out of those that it cannot do.\n\n"
     "--image FILE: one channel is a visibility (in EXR: the channel visibility); three channels\n"
     "are a picture, judged by its luminance against the true picture (PNG is taken as sRGB). The\n"
     "size must be that of -s, the camera that of the scene; pixels that are NaN do not count.\n\n"
@@ -192,6 +194,23 @@ static char *command_line(int argc, char **argv)
     return text;
 }
 
+/* Before the work: can all scenes be read, and is there anything to compare in one of them? */
+static int check_scenes(struct cli_session *session)
+{
+    const struct cli_options *options = session->options;
+    size_t entries = 0;
+    for (size_t i = 0; i < options->operand_count; i++) {
+        struct compare_scene scene = {.path = options->operands[i]};
+        int result = compare_scene_check(session, &scene);
+        entries += scene.entry_count;
+        compare_scene_finish(session->context, &scene);
+        if (result != CLI_GO_ON)
+            return result;
+    }
+    return entries > 0 ? CLI_GO_ON
+                       : cli_error("compare", "no method is left: none can do any of the scenes");
+}
+
 static int run_all(struct cli_session *session, struct compare_run *run, const pnb_image *images,
                    int truth_samples)
 {
@@ -282,6 +301,8 @@ int command_compare(int argc, char **argv)
             cli_session_warn(&session, "the truth has fewer than 1024 samples: the figures "
                                        "contain its own noise");
         result = read_images(&session, images);
+        if (result == CLI_GO_ON && options.operand_count > 1)
+            result = check_scenes(&session);
         if (result == CLI_GO_ON)
             result = run_all(&session, &run, images, (int)truth_samples);
         for (size_t i = 0; i < options.image_count; i++)

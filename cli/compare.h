@@ -65,6 +65,9 @@ struct compare_run {
  * CLI_GO_ON or an exit status; finish in either case. */
 int compare_scene_run(struct cli_session *session, const pnb_image *images, int truth_samples,
                       struct compare_scene *scene);
+/* Loads it and finds out which methods can do it, no more: for all scenes before the first one's
+ * long work. As above; entries holds those that can. */
+int compare_scene_check(struct cli_session *session, struct compare_scene *scene);
 void compare_scene_finish(pnb_context *context, struct compare_scene *scene);
 
 /* report.json; a new reference. */

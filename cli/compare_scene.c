@@ -1,7 +1,7 @@
 /* cli/compare_scene.c: one scene compared: the truth, then every method and file against it.
  *
- *   surface -> truth (many rays) -> each method: visibility, figures, picture, error
- *   -> error maps at one common scale
+ *   check: can the methods do it? -> surface -> truth (many rays) -> each method: visibility,
+ *   figures, picture, error -> error maps at one common scale
  *
  * Pictures differ only by the light that is compared: the other lights of a scene are shaded with
  * their true visibility in all of them. The truth's light samples are another set than those of
@@ -32,6 +32,7 @@ struct bench {
     float *truth;         /* of these the compared one's */
     float *truth_rgb;
     float *rgb, *visibility; /* the entry at hand */
+    pnb_solver_param *params;
 };
 
 static bool add_text(char ***texts, size_t *count, const char *text)
@@ -210,23 +211,95 @@ static void keep_report(struct compare_entry *entry, const pnb_solver_report *re
     }
 }
 
-/* tolerant: a method that cannot do this scene, or lacks its device, is left out with a note
- * (*left_out) instead of ending the comparison. */
-static int run_method(struct bench *bench, struct compare_entry *entry, bool tolerant,
-                      bool *left_out)
+static void free_entry(pnb_context *context, struct compare_entry *entry)
 {
-    struct cli_session *session = bench->session;
-    const struct cli_options *options = bench->options;
-    pnb_solver_param *params = calloc(options->param_count + 1, sizeof(*params));
-    if (!params)
-        return no_memory();
+    free(entry->error);
+    pnb_bytes_free(context, entry->picture.bytes);
+    pnb_bytes_free(context, entry->visibility.bytes);
+    pnb_bytes_free(context, entry->error_map.bytes);
+    pnb_bytes_free(context, entry->error_codes.bytes);
+    free_texts(entry->warnings, entry->warning_count);
+}
+
+/* Nothing was chosen: all methods, and a series of the reference instead of its one default. */
+static bool chooses_freely(const struct cli_options *options)
+{
+    return options->method_count == 0 && options->image_count == 0;
+}
+
+/* Methods that cannot do the scene are then left out. */
+static bool compares_all(const struct cli_options *options)
+{
+    return chooses_freely(options) || options->all_methods;
+}
+
+/* Several scenes go on without a method that cannot do one of them, and a choice of all methods
+ * without those that cannot; else it is an error. */
+static bool tolerates(const struct cli_options *options, pnb_status status)
+{
+    return (compares_all(options) || options->operand_count > 1) &&
+           (status == PNB_ERROR_UNSUPPORTED || status == PNB_ERROR_DEVICE);
+}
+
+/* With the reason that the context has. A method that was asked for by name is worth a warning. */
+static void leave_out(struct bench *bench, size_t index)
+{
+    struct compare_scene *result = bench->result;
+    struct compare_entry *entry = &result->entries[index];
+    char note[1600];
+    snprintf(note, sizeof(note), "%s is left out: %s", entry->label,
+             pnb_context_error(bench->session->context));
+    add_text(&result->notes, &result->note_count, note);
+    if (!compares_all(bench->options)) {
+        snprintf(note, sizeof(note), "%s: %s", result->path, result->notes[result->note_count - 1]);
+        cli_session_warn(bench->session, note);
+    }
+    free_entry(bench->session->context, entry);
+    result->entry_count--;
+    memmove(entry, entry + 1, (result->entry_count - index) * sizeof(*entry));
+}
+
+static pnb_status create_solver(struct bench *bench, const struct compare_entry *entry,
+                                pnb_solver **out_solver)
+{
     pnb_solver_desc desc = {.method = entry->name,
                             .samples = entry->samples,
-                            .params = params,
-                            .param_count = params_of(options, entry->method, params)};
+                            .params = bench->params,
+                            .param_count = params_of(bench->options, entry->method, bench->params)};
+    return pnb_solver_create(bench->session->context, bench->scene, &desc, out_solver);
+}
+
+/* Before any long work: each method makes its solver and a frame without receivers. Those that
+ * cannot are left out, or end the comparison. */
+static int check_methods(struct bench *bench)
+{
+    struct compare_scene *result = bench->result;
+    for (size_t i = 0; i < result->entry_count;) {
+        const struct compare_entry *entry = &result->entries[i];
+        pnb_solver *solver = NULL;
+        pnb_status status = PNB_OK;
+        if (entry->method)
+            status = create_solver(bench, entry, &solver);
+        if (solver)
+            status = pnb_solver_visibility(solver, &bench->light, &(pnb_receivers){0}, NULL);
+        pnb_solver_destroy(solver);
+        if (status == PNB_OK)
+            i++;
+        else if (tolerates(bench->options, status))
+            leave_out(bench, i);
+        else
+            return cli_session_fail(bench->session);
+    }
+    return CLI_GO_ON;
+}
+
+/* *left_out: the method cannot do it after all; entry is then the next one. */
+static int run_method(struct bench *bench, struct compare_entry *entry, bool *left_out)
+{
+    struct cli_session *session = bench->session;
     pnb_solver *solver = NULL;
     pnb_solver_report report;
-    pnb_status status = pnb_solver_create(session->context, bench->scene, &desc, &solver);
+    pnb_status status = create_solver(bench, entry, &solver);
     if (status == PNB_OK)
         status =
             cli_solve(solver, &bench->light, &bench->receivers, true, bench->visibility, &report);
@@ -235,13 +308,9 @@ static int run_method(struct bench *bench, struct compare_entry *entry, bool tol
         keep_report(entry, &report);
     }
     pnb_solver_destroy(solver);
-    free(params);
-    if (tolerant && (status == PNB_ERROR_UNSUPPORTED || status == PNB_ERROR_DEVICE)) {
-        char note[1200];
-        snprintf(note, sizeof(note), "%s is left out: %s", entry->label,
-                 pnb_context_error(session->context));
-        add_text(&bench->result->notes, &bench->result->note_count, note);
-        *left_out = true;
+    *left_out = tolerates(bench->options, status);
+    if (*left_out) {
+        leave_out(bench, (size_t)(entry - bench->result->entries));
         return CLI_GO_ON;
     }
     if (status != PNB_OK)
@@ -308,18 +377,6 @@ static int run_image(struct bench *bench, struct compare_entry *entry, const pnb
 
 /* ---- what is compared ---- */
 
-/* Nothing was chosen: all methods, and a series of the reference instead of its one default. */
-static bool chooses_freely(const struct cli_options *options)
-{
-    return options->method_count == 0 && options->image_count == 0;
-}
-
-/* Methods that cannot do the scene are then left out. */
-static bool compares_all(const struct cli_options *options)
-{
-    return chooses_freely(options) || options->all_methods;
-}
-
 static void add_entry(struct compare_scene *scene, const pnb_method_info *method, int samples,
                       const struct cli_options *options)
 {
@@ -341,7 +398,7 @@ static int choose_entries(struct bench *bench)
     static const int series[] = {16, 64, 256, 1024};
     struct compare_scene *result = bench->result;
     const struct cli_options *options = bench->options;
-    bool free_choice = chooses_freely(options), all = compares_all(options);
+    bool free_choice = chooses_freely(options);
     size_t methods = free_choice ? pnb_method_count() : options->method_count;
     result->entries = calloc(methods + 4 + options->image_count, sizeof(*result->entries));
     if (!result->entries)
@@ -349,12 +406,7 @@ static int choose_entries(struct bench *bench)
     for (size_t i = 0; i < methods; i++) {
         const pnb_method_info *method =
             free_choice ? pnb_method(i) : pnb_method_find(options->methods[i]);
-        if (all && !(method->lights & PNB_LIGHT_BIT(bench->light.type))) {
-            char note[256];
-            snprintf(note, sizeof(note), "%s is left out: it cannot do a light of the type %s",
-                     method->name, result->light_type);
-            add_text(&result->notes, &result->note_count, note);
-        } else if (free_choice && strcmp(method->name, "reference") == 0 && !options->samples) {
+        if (free_choice && strcmp(method->name, "reference") == 0 && !options->samples) {
             for (int k = 0; k < 4; k++)
                 add_entry(result, method, series[k], options);
         } else {
@@ -431,12 +483,12 @@ static int draw_error_maps(struct bench *bench)
     return CLI_GO_ON;
 }
 
-static int run_scene(struct bench *bench, int truth_samples)
+/* The scene, its light, what is compared. */
+static int load(struct bench *bench)
 {
     const struct cli_options *options = bench->options;
     struct compare_scene *result = bench->result;
-    struct cli_session *session = bench->session;
-    int done = cli_scene_load(session, result->path, &bench->scene);
+    int done = cli_scene_load(bench->session, result->path, &bench->scene);
     if (done != CLI_GO_ON)
         return done;
     result->width = options->width, result->height = options->height;
@@ -446,9 +498,20 @@ static int run_scene(struct bench *bench, int truth_samples)
     bench->pixels = (size_t)result->width * (size_t)result->height;
     if (result->light_count == 0)
         return cli_error(result->path, "has no light, so there is nothing to compare");
+    bench->params = calloc(options->param_count + 1, sizeof(*bench->params));
+    if (!bench->params)
+        return no_memory();
     pnb_scene_light(bench->scene, result->light_index, &bench->light);
     result->light_type = pnb_light_type_name(bench->light.type);
     done = choose_entries(bench);
+    return done == CLI_GO_ON ? check_methods(bench) : done;
+}
+
+static int run_scene(struct bench *bench, int truth_samples)
+{
+    struct compare_scene *result = bench->result;
+    struct cli_session *session = bench->session;
+    int done = load(bench);
     if (done != CLI_GO_ON)
         return done;
 
@@ -469,22 +532,16 @@ static int run_scene(struct bench *bench, int truth_samples)
         return no_memory();
 
     done = solve_truth(bench, truth_samples);
-    size_t count = result->entry_count, kept = 0, image = 0;
-    for (size_t i = 0; i < count && done == CLI_GO_ON; i++) {
-        struct compare_entry *entry = &result->entries[kept];
+    size_t image = 0;
+    for (size_t i = 0; i < result->entry_count && done == CLI_GO_ON;) {
+        struct compare_entry *entry = &result->entries[i];
         bool left_out = false;
-        if (kept != i) {
-            *entry = result->entries[i];
-            memset(&result->entries[i], 0, sizeof(*entry));
-        }
-        done = entry->method ? run_method(bench, entry, compares_all(options), &left_out)
+        done = entry->method ? run_method(bench, entry, &left_out)
                              : run_image(bench, entry, &bench->images[image++]);
         if (done == CLI_GO_ON && cli_session_stopped())
             done = cli_error("compare", "cancelled");
-        kept += !left_out;
+        i += !left_out;
     }
-    if (done == CLI_GO_ON)
-        result->entry_count = kept;
     return done == CLI_GO_ON ? draw_error_maps(bench) : done;
 }
 
@@ -497,21 +554,15 @@ static void finish_bench(struct bench *bench)
     free(bench->rgb);
     free(bench->truth_rgb);
     free(bench->mask);
+    free(bench->params);
     pnb_surface_destroy(bench->surface);
     pnb_scene_destroy(bench->scene);
 }
 
 void compare_scene_finish(pnb_context *context, struct compare_scene *scene)
 {
-    for (size_t i = 0; i < scene->entry_count; i++) {
-        struct compare_entry *entry = &scene->entries[i];
-        free(entry->error);
-        pnb_bytes_free(context, entry->picture.bytes);
-        pnb_bytes_free(context, entry->visibility.bytes);
-        pnb_bytes_free(context, entry->error_map.bytes);
-        pnb_bytes_free(context, entry->error_codes.bytes);
-        free_texts(entry->warnings, entry->warning_count);
-    }
+    for (size_t i = 0; i < scene->entry_count; i++)
+        free_entry(context, &scene->entries[i]);
     free(scene->entries);
     pnb_bytes_free(context, scene->truth_picture.bytes);
     pnb_bytes_free(context, scene->truth_visibility.bytes);
@@ -524,6 +575,14 @@ int compare_scene_run(struct cli_session *session, const pnb_image *images, int 
     struct bench bench = {
         .session = session, .options = session->options, .images = images, .result = scene};
     int result = run_scene(&bench, truth_samples);
+    finish_bench(&bench);
+    return result;
+}
+
+int compare_scene_check(struct cli_session *session, struct compare_scene *scene)
+{
+    struct bench bench = {.session = session, .options = session->options, .result = scene};
+    int result = load(&bench);
     finish_bench(&bench);
     return result;
 }

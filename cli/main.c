@@ -27,7 +27,7 @@ static const struct entry entries[] = {
 #define ENTRY_COUNT (sizeof(entries) / sizeof(entries[0]))
 
 /* Named by the documents, not there yet. */
-static const char *const planned[] = {"shadow", "view"};
+static const char *const planned[] = {"view"};
 
 static void print_help(void)
 {

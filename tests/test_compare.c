@@ -253,6 +253,59 @@ static void mistakes_leave_nothing(void **state)
     }
 }
 
+static void write_text(const char *name, const char *text)
+{
+    char path[256];
+    snprintf(path, sizeof(path), "%s/%s", folder, name);
+    FILE *file = fopen(path, "w");
+    assert_non_null(file);
+    assert_true(fputs(text, file) >= 0);
+    assert_int_equal(fclose(file), 0);
+}
+
+/* A scene without a plane is none for the method planar. With this truth the comparison would take
+ * hours: it must be found out before. */
+static void methods_that_cannot_are_found_out_first(void **state)
+{
+    write_text("solid.obj", "v 0 1 0\nv 1 0 0\nv 0 0 1\nv -1 0 -1\n"
+                            "f 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n");
+    write_text("round.json", "{\"lights\": [{\"type\": \"point\", \"position\": [1, 4, 1]}],"
+                             " \"objects\": [{\"mesh\": \"solid.obj\"}]}");
+    char said[8192];
+    int status = run(said, sizeof(said),
+                     "compare round.json --methods reference:64,planar -o out "
+                     "--truth-samples 262144 -s 1600x1200");
+    assert_int_equal(status, 1);
+    assert_ptr_equal(strstr(said, "penumbra: error: "), said);
+    assert_ptr_equal(strchr(said, '\n'), said + strlen(said) - 1);
+    assert_non_null(strstr(said, "these methods do other receivers: reference"));
+    assert_false(exists("out"));
+
+    status = run(said, sizeof(said),
+                 "compare round.json round.json --methods planar -o out --truth-samples 262144");
+    assert_int_equal(status, 1);
+    assert_non_null(strstr(said, "no method is left"));
+    assert_false(exists("out"));
+
+    status = run(said, sizeof(said),
+                 "compare round.json '<a&b>.json' --methods planar,reference:16 -o out "
+                 "--truth-samples 1024 -s 80x60");
+    if (status != 0)
+        fail_msg("%s", said);
+    assert_non_null(strstr(said, "penumbra: warning: round.json: planar is left out: "));
+    char *page = read_text("out/index.html");
+    assert_non_null(strstr(page, "planar is left out: "));
+    free(page);
+    json_t *report = read_report("out/report.json");
+    const json_t *scenes = json_object_get(report, "scenes");
+    for (size_t i = 0; i < 2; i++) {
+        const json_t *scene = json_array_get(scenes, i);
+        assert_int_equal(json_array_size(json_object_get(scene, "methods")), 1 + i);
+        assert_int_equal(json_array_size(json_object_get(scene, "notes")), 1 - i);
+    }
+    json_decref(report);
+}
+
 /* A limit on the size of files stands for a full disk. */
 static void full_disk_keeps_the_old_report(void **state)
 {
@@ -294,9 +347,13 @@ static void signal_cancels(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        TEST(report_keeps_the_contract),          TEST(page_is_self_contained),
-        TEST(files_of_other_programs_are_judged), TEST(mistakes_leave_nothing),
-        TEST(full_disk_keeps_the_old_report),     TEST(signal_cancels),
+        TEST(report_keeps_the_contract),
+        TEST(page_is_self_contained),
+        TEST(files_of_other_programs_are_judged),
+        TEST(mistakes_leave_nothing),
+        TEST(methods_that_cannot_are_found_out_first),
+        TEST(full_disk_keeps_the_old_report),
+        TEST(signal_cancels),
     };
     return cmocka_run_group_tests_name("compare", tests, NULL, NULL);
 }
