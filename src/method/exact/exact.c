@@ -2,8 +2,8 @@
  *
  * create: clusters per mesh (exact_scene.c). visibility: the light becomes a grid of samples
  * (exact_light.c); receivers are grouped to tiles of up to 64 neighbours, 8x8 pixels of an image or
- * runs along a Morton curve; each tile is solved by itself (exact_tile.c). Nothing is kept between
- * frames. Results depend on the tile's receivers alone, never on threads.
+ * runs along a Morton curve; each tile is solved by itself (exact_tile.inc). Nothing is kept
+ * between frames. Results depend on the tile's receivers alone, never on threads.
  */
 #include <stdlib.h>
 #include <string.h>
@@ -140,7 +140,7 @@ static void tile_body(void *user, size_t begin, size_t end, int worker)
                     add_point(frame, work, y * width + x, points, &count);
         }
         if (count > 0)
-            exact_tile(&frame->job, work, points, count);
+            frame->job.kernel->tile(&frame->job, work, points, count);
     }
 }
 

@@ -22,9 +22,9 @@ struct exact_grid {
     float row_shift;
     float scale[EXACT_ROWS_MAX], base[EXACT_ROWS_MAX], place[EXACT_ROWS_MAX];
     int32_t length[EXACT_ROWS_MAX]; /* of the row's part inside, in 1/256 bins: its weight */
-    int16_t *weight; /* [bins]: share of the cell inside the light, in 1/256 */
-    int16_t *inner;  /* [bins + 1]: -1 where the border before the cell may be moved */
-    double total;    /* sum of weight x length */
+    int16_t *weight;                /* [bins]: share of the cell inside the light, in 1/256 */
+    int16_t *inner; /* [bins + 1]: -1 where the border before the cell may be moved */
+    double total;   /* sum of weight x length */
 };
 
 /* center + (s - 1/2) u + (r - 1/2) v. Suns: directions center + ..., infinitely far. Lines have no
@@ -40,7 +40,7 @@ pnb_status exact_light_init(pnb_context *context, const pnb_light *light, int sa
                             struct exact_light *out_light);
 void exact_light_finish(pnb_context *context, struct exact_light *light);
 
-/* ---- coverage of the grid (exact_cover.c, exact_kernel*.c) ---- */
+/* ---- coverage of the grid (exact_cover.c, exact_kernel.inc) ---- */
 
 /* cover: [bins + 2][stride]. Column 0: the number of occluders at the row's left end; column k: its
  * change from sample k - 2 to sample k - 1 (the row's ends being the first and the last border).
@@ -52,7 +52,7 @@ struct exact_cover {
     int unit; /* by how much one occluder changes the count: 2 for closed ones, 1 for sheets */
 };
 
-/* A receiver in the tile's light frame; see exact_tile.c. */
+/* A receiver in the tile's light frame; see exact_tile.inc. */
 struct exact_eye {
     float a, b, h;
     float scale; /* a and b of an occluder point are enlarged by scale / (h - its h) */
@@ -91,11 +91,15 @@ struct exact_edges {
     size_t fixed_capacity, open_capacity; /* floats */
 };
 
+struct exact_job;
+struct exact_work;
+struct exact_point;
+
 struct exact_kernel {
     const char *name;
-    /* Adds the edges as the eye sees them. */
-    void (*edges)(const struct exact_edges *edges, const struct exact_eye *eye,
-                  const struct exact_cover *cover);
+    /* Visibility of up to EXACT_TILE receivers, all on the light's lit side. */
+    void (*tile)(const struct exact_job *job, struct exact_work *work,
+                 const struct exact_point *points, size_t count);
     /* The visible share of grid->total. */
     double (*resolve)(const struct exact_cover *cover);
 };
@@ -116,11 +120,11 @@ struct exact_view {
 };
 
 /* One triangle, its corners relative to the eye, clipped in homogeneous coordinates: any position.
- * Double precision. */
-void exact_cover_triangle(const struct exact_cover *cover, const struct exact_view *view,
+ * Double precision. False: it covers nothing. */
+bool exact_cover_triangle(const struct exact_cover *cover, const struct exact_view *view,
                           const vec3 corners[3]);
 /* All samples with n.e + lift <= 0: those below the receiver's tangent plane. */
-void exact_cover_below(const struct exact_cover *cover, const struct exact_view *view, vec3 n,
+bool exact_cover_below(const struct exact_cover *cover, const struct exact_view *view, vec3 n,
                        double lift);
 /* For grids of one row, and as the twin of the vector versions. */
 double exact_cover_resolve(const struct exact_cover *cover);
@@ -147,7 +151,7 @@ pnb_status exact_scene_create(pnb_scene *scene, struct exact_scene **out_scene);
 void exact_scene_destroy(pnb_context *context, struct exact_scene *scene);
 pnb_status exact_scene_update(pnb_scene *scene, struct exact_scene *exact, pnb_update update);
 
-/* ---- tiles (exact_tile.c) ---- */
+/* ---- tiles (exact_tile.inc) ---- */
 
 #define EXACT_TILE 64 /* receivers at most */
 
@@ -188,9 +192,5 @@ bool exact_work_init(pnb_context *context, const struct exact_scene *scene,
                      struct exact_work *work);
 bool exact_work_prepare(struct exact_work *work, const struct exact_grid *grid, bool area);
 void exact_work_finish(struct exact_work *work);
-
-/* Visibility of up to EXACT_TILE receivers, all on the light's lit side. */
-void exact_tile(const struct exact_job *job, struct exact_work *work,
-                const struct exact_point *points, size_t count);
 
 #endif

@@ -31,24 +31,35 @@ static void add_crossing(const struct exact_cover *cover, int row, int k, double
     size_t at = (size_t)(k * grid->stride + row);
     cover->cover[at] = (int16_t)(cover->cover[at] + change);
     if (cover->rest) {
-        int rest = (int)lrint(256 * (fmin(fmax(x, 0), grid->bins) - (k - 1)));
+        x = x > 0 ? x : 0;
+        x = x < grid->bins ? x : grid->bins;
+        int rest = (int)((x - k + 2) * 256) - 256;
         cover->rest[at] = (int16_t)(cover->rest[at] + change * rest);
     }
 }
 
 /* One more occluder between low and high, in bins of the parallelogram, both included. */
-static void add_interval(const struct exact_cover *cover, int row, double low, double high)
+static bool add_interval(const struct exact_cover *cover, int row, double low, double high)
 {
     const struct exact_grid *grid = cover->grid;
     double place = grid->place[row];
     low = low * grid->scale[row] + grid->base[row];
     high = high * grid->scale[row] + grid->base[row];
     if (!(low <= high) || high < 0 || low > grid->bins)
-        return;
-    int first = low <= 0 ? 0 : 1 + (int)fmin(fmax(ceil(low - place), 0), grid->bins);
-    int end = 1 + (int)fmin(fmax(floor(high - place) + 1, 0), grid->bins);
+        return false;
+    /* The first sample at or behind low, and the first one behind high. */
+    double bins = grid->bins, a = low - place, b = high - place;
+    a = a > 0 ? a : 0;
+    b = b > -1 ? b : -1;
+    a = a < bins ? a : bins;
+    b = b < bins - 1 ? b : bins - 1;
+    int first = (int)a, end = (int)(b + 1);
+    first += first < a;
+    first = low <= 0 ? 0 : first + 1;
+    end += 1;
     add_crossing(cover, row, first, low, 1);
     add_crossing(cover, row, end, high, -1);
+    return true;
 }
 
 /* Linear in bins x and row j: value = base + x step_x + j step_j. */
@@ -69,51 +80,94 @@ static struct linear linear_along(const struct exact_cover *cover, const struct 
     return f;
 }
 
-/* Cuts [low, high] to where f >= 0. */
-static inline void cut(const struct linear *f, int row, double *low, double *high)
+/* Rows begin to end and a span of bins on each, narrowed by one linear inequality after another. */
+struct region {
+    int begin, end;
+    double low[EXACT_ROWS_MAX], high[EXACT_ROWS_MAX];
+};
+
+/* Does f >= 0 hold anywhere on the grid, or everywhere (nothing to cut)? */
+static bool somewhere(const struct linear *f, const struct exact_grid *grid, bool *everywhere)
 {
-    double at_zero = f->base + row * f->step_j;
-    if (f->step_x > 0)
-        *low = fmax(*low, -at_zero / f->step_x);
-    else if (f->step_x < 0)
-        *high = fmin(*high, -at_zero / f->step_x);
-    else if (at_zero < 0)
-        *high = -INFINITY;
+    double across = f->step_x * grid->bins, along = f->step_j * (grid->rows - 1);
+    double least = f->base + (across < 0 ? across : 0) + (along < 0 ? along : 0);
+    double most = f->base + (across > 0 ? across : 0) + (along > 0 ? along : 0);
+    *everywhere = least >= 0;
+    return most >= 0;
 }
 
-void exact_cover_triangle(const struct exact_cover *cover, const struct exact_view *view,
+static void cut(const struct linear *f, struct region *region)
+{
+    if (f->step_x == 0) {
+        for (int row = region->begin; row < region->end; row++)
+            if (f->base + row * f->step_j < 0)
+                region->high[row] = -INFINITY;
+        return;
+    }
+    double inverse = -1 / f->step_x;
+    if (f->step_x > 0)
+        for (int row = region->begin; row < region->end; row++) {
+            double x = (f->base + row * f->step_j) * inverse;
+            region->low[row] = x > region->low[row] ? x : region->low[row];
+        }
+    else
+        for (int row = region->begin; row < region->end; row++) {
+            double x = (f->base + row * f->step_j) * inverse;
+            region->high[row] = x < region->high[row] ? x : region->high[row];
+        }
+}
+
+static bool cover_region(const struct exact_cover *cover, const struct linear *f, int count)
+{
+    const struct exact_grid *grid = cover->grid;
+    bool everywhere[4];
+    for (int i = 0; i < count; i++)
+        if (!somewhere(&f[i], grid, &everywhere[i]))
+            return false;
+    struct region region = {.begin = 0, .end = grid->rows};
+    for (int row = 0; row < grid->rows; row++) {
+        region.low[row] = -INFINITY;
+        region.high[row] = INFINITY;
+    }
+    for (int i = 0; i < count; i++)
+        if (!everywhere[i])
+            cut(&f[i], &region);
+    bool any = false;
+    for (int row = region.begin; row < region.end; row++)
+        any |= add_interval(cover, row, region.low[row], region.high[row]);
+    return any;
+}
+
+bool exact_cover_triangle(const struct exact_cover *cover, const struct exact_view *view,
                           const vec3 q[3])
 {
-    vec3 m[3] = {v3_cross(q[0], q[1]), v3_cross(q[1], q[2]), v3_cross(q[2], q[0])};
     vec3 n = v3_cross(v3_sub(q[1], q[0]), v3_sub(q[2], q[0]));
     double height = -v3_dot(q[0], n); /* of the eye over the plane */
     if (!(height != 0) || !isfinite(height))
-        return;
+        return false;
     double side = height > 0 ? -1 : 1;
     struct linear f[4];
-    for (int i = 0; i < 3; i++)
-        f[i] = linear_along(cover, view, v3_scale(m[i], side), 0);
     if (view->reach > 0)
         f[3] = linear_along(cover, view, v3_scale(n, side * view->reach), -fabs(height));
     else
         f[3] = linear_along(cover, view, v3_scale(n, side), 0);
-    for (int row = 0; row < cover->grid->rows; row++) {
-        double low = -INFINITY, high = INFINITY;
-        for (int i = 0; i < 4; i++)
-            cut(&f[i], row, &low, &high);
-        add_interval(cover, row, low, high);
+    bool everywhere;
+    if (!somewhere(&f[3], cover->grid, &everywhere))
+        return false;
+    for (int i = 0; i < 3; i++) {
+        vec3 m = v3_cross(q[i], q[(i + 1) % 3]);
+        f[i] = linear_along(cover, view, v3_scale(m, side), 0);
+        if (!somewhere(&f[i], cover->grid, &everywhere))
+            return false;
     }
+    return cover_region(cover, f, 4);
 }
 
-void exact_cover_below(const struct exact_cover *cover, const struct exact_view *view, vec3 n,
+bool exact_cover_below(const struct exact_cover *cover, const struct exact_view *view, vec3 n,
                        double lift)
 {
     struct linear f = linear_along(cover, view, v3_scale(n, -1), -lift);
-    for (int row = 0; row < cover->grid->rows; row++) {
-        double low = -INFINITY, high = INFINITY;
-        cut(&f, row, &low, &high);
-        add_interval(cover, row, low, high);
-    }
+    return cover_region(cover, &f, 1);
 }
 
 /* How far the crossings between two samples move the visible length, in 1/256 cells. Where

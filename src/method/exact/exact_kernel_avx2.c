@@ -1,10 +1,9 @@
 /* method/exact/exact_kernel_avx2.c: the inner loops, eight wide. */
 #include <immintrin.h>
-#define WIDTH       8
-#define KERNEL      exact_kernel_avx2
-#define KERNEL_NAME "avx2"
-#define HAVE_ANY
-#define any(mask) _mm256_movemask_ps((__m256)(mask))
+#define WIDTH          8
+#define KERNEL         exact_kernel_avx2
+#define KERNEL_NAME    "avx2"
+#define lanes_of(mask) ((unsigned)_mm256_movemask_ps((__m256)(mask)))
 #define clamp(x, high)                                                                             \
     ((vf)_mm256_min_ps(_mm256_max_ps((__m256)(x), _mm256_setzero_ps()), _mm256_set1_ps(high)))
 #include "method/exact/exact_kernel.inc"
