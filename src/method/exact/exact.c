@@ -221,13 +221,14 @@ static pnb_status exact_visibility(pnb_solver *solver, const pnb_light *light,
                 .light = &shape,
                 .kernel = exact->kernel,
                 .lift = scene_receiver_lift(solver->scene),
+                .area = exact->area,
                 .triangles_only = exact->triangles_only,
                 .visibility = visibility},
         .works = exact->works,
         .receivers = receivers,
     };
     for (int i = 0; i < exact->work_count; i++)
-        if (!exact_work_prepare(&exact->works[i], &shape.grid, exact->area)) {
+        if (!exact_work_prepare(&exact->works[i], &shape.grid)) {
             status = status_no_memory(context, exact_cover_size(&shape.grid) * 4);
             goto done;
         }

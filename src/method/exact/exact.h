@@ -15,15 +15,15 @@
  * length, counted from its left end: s bins * scale[j] + base[j]. Each cell holds one sample,
  * place[j] behind its left end. Arrays over the grid are column-major: [column][stride], stride
  * being rows rounded up to whole vectors, so that a vector holds one column of many rows. */
-#define EXACT_ROWS_MAX 128
+#define EXACT_ROWS_MAX 144 /* a vector more than there are */
 
 struct exact_grid {
     int rows, bins, stride;
     float row_shift;
     float scale[EXACT_ROWS_MAX], base[EXACT_ROWS_MAX], place[EXACT_ROWS_MAX];
     int32_t length[EXACT_ROWS_MAX]; /* of the row's part inside, in 1/256 bins: its weight */
-    int16_t *weight;                /* [bins]: share of the cell inside the light, in 1/256 */
-    int16_t *inner; /* [bins + 1]: -1 where the border before the cell may be moved */
+    int32_t *weight;                /* [bins]: share of the cell inside the light, in 1/256 */
+    int32_t *inner; /* [bins + 1]: -1 where the border before the cell may be moved */
     double total;   /* sum of weight x length */
 };
 
@@ -42,15 +42,31 @@ void exact_light_finish(pnb_context *context, struct exact_light *light);
 
 /* ---- coverage of the grid (exact_cover.c, exact_kernel.inc) ---- */
 
-/* cover: [bins + 2][stride]. Column 0: the number of occluders at the row's left end; column k: its
+/* cells: [bins + 2][stride]. Column 0: the number of occluders at the row's left end; column k: its
  * change from sample k - 2 to sample k - 1 (the row's ends being the first and the last border).
- * rest: sum of change x (true place of the crossing - border between the two cells), in 1/256
- * cells; NULL when only the samples themselves are asked for. */
+ * A cell's lower half is that number; its upper half the sum of change x (true place of the
+ * crossing
+ * - border between the two samples' cells), in 1/256 cells: cell = upper * 65536 + lower, both with
+ * sign. */
 struct exact_cover {
     const struct exact_grid *grid;
-    int16_t *cover, *rest;
-    int unit; /* by how much one occluder changes the count: 2 for closed ones, 1 for sheets */
+    int32_t *cells;
+    bool area; /* use the upper halves */
+    int unit;  /* by how much one occluder changes the count: 2 for closed ones, 1 for sheets */
 };
+
+static inline int exact_cell_change(int32_t cell)
+{
+    return (int16_t)cell;
+}
+static inline int exact_cell_rest(int32_t cell)
+{
+    return (int32_t)((uint32_t)cell + 0x8000u) >> 16;
+}
+static inline int32_t exact_cell_add(int32_t cell, int change, int rest)
+{
+    return (int32_t)((uint32_t)cell + (uint32_t)change * ((uint32_t)rest * 65536u + 1));
+}
 
 /* A receiver in the tile's light frame; see exact_tile.inc. */
 struct exact_eye {
@@ -109,7 +125,7 @@ struct exact_kernel {
 const struct exact_kernel *exact_kernel_choose(const char *name);
 extern const struct exact_kernel exact_kernel_c, exact_kernel_avx2, exact_kernel_avx512;
 
-size_t exact_cover_size(const struct exact_grid *grid); /* elements of cover and of rest */
+size_t exact_cover_size(const struct exact_grid *grid); /* cells */
 void exact_cover_clear(const struct exact_cover *cover);
 
 /* What an eye sees of the light: e(s, r) = center + (s - 1/2) u + (r - 1/2) v is the vector from
@@ -165,6 +181,7 @@ struct exact_job {
     const struct exact_light *light;
     const struct exact_kernel *kernel;
     double lift;
+    bool area;           /* move borders between samples to their place */
     bool triangles_only; /* every triangle by itself: the slow path everywhere */
     float *visibility;
 };
@@ -183,14 +200,14 @@ struct exact_work {
     int unit; /* of the tile's occluders */
     vec3 (*loose)[3];
     size_t loose_count, loose_capacity;
-    int16_t *cover, *rest;
+    int32_t *cells;
     struct exact_stats stats;
     bool no_memory;
 };
 
 bool exact_work_init(pnb_context *context, const struct exact_scene *scene,
                      struct exact_work *work);
-bool exact_work_prepare(struct exact_work *work, const struct exact_grid *grid, bool area);
+bool exact_work_prepare(struct exact_work *work, const struct exact_grid *grid);
 void exact_work_finish(struct exact_work *work);
 
 #endif

@@ -18,24 +18,17 @@ size_t exact_cover_size(const struct exact_grid *grid)
 
 void exact_cover_clear(const struct exact_cover *cover)
 {
-    size_t size = exact_cover_size(cover->grid);
-    memset(cover->cover, 0, size * sizeof(*cover->cover));
-    if (cover->rest)
-        memset(cover->rest, 0, size * sizeof(*cover->rest));
+    memset(cover->cells, 0, exact_cover_size(cover->grid) * sizeof(*cover->cells));
 }
 
 /* A crossing at x cells, seen from the left; column k as in struct exact_cover. */
 static void add_crossing(const struct exact_cover *cover, int row, int k, double x, int change)
 {
     const struct exact_grid *grid = cover->grid;
-    size_t at = (size_t)(k * grid->stride + row);
-    cover->cover[at] = (int16_t)(cover->cover[at] + change);
-    if (cover->rest) {
-        x = x > 0 ? x : 0;
-        x = x < grid->bins ? x : grid->bins;
-        int rest = (int)((x - k + 2) * 256) - 256;
-        cover->rest[at] = (int16_t)(cover->rest[at] + change * rest);
-    }
+    int32_t *cell = &cover->cells[k * grid->stride + row];
+    x = x > 0 ? x : 0;
+    x = x < grid->bins ? x : grid->bins;
+    *cell = exact_cell_add(*cell, change, (int)((x - k + 2) * 256) - 256);
 }
 
 /* One more occluder between low and high, in bins of the parallelogram, both included. */
@@ -193,14 +186,14 @@ double exact_cover_resolve(const struct exact_cover *cover)
     const struct exact_grid *grid = cover->grid;
     double sum = 0;
     for (int row = 0; row < grid->rows; row++) {
-        int count = cover->cover[row];
+        int count = exact_cell_change(cover->cells[row]);
         long seen = 0;
         for (int k = 1; k <= grid->bins + 1; k++) {
             int at = k * grid->stride + row, cell = at - grid->stride;
-            int change = cover->cover[at];
-            if (cover->rest && grid->inner[cell])
-                seen += crossing_move(cover, cover->rest[at], count, change);
-            count = (int16_t)(count + change);
+            int change = exact_cell_change(cover->cells[at]);
+            if (cover->area && grid->inner[cell])
+                seen += crossing_move(cover, exact_cell_rest(cover->cells[at]), count, change);
+            count += change;
             if (count <= 0 && k <= grid->bins)
                 seen += grid->weight[cell];
         }

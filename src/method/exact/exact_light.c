@@ -111,7 +111,7 @@ static void weigh_row(struct exact_grid *grid, int row, const double *cuts, size
             for (size_t c = 0; c + 1 < count; c += 2)
                 share += at >= cuts[c] && at < cuts[c + 1];
         }
-        grid->weight[i * grid->stride + row] = (int16_t)lrint(256 * fmin(fmax(share, 0), 1));
+        grid->weight[i * grid->stride + row] = (int32_t)lrint(256 * fmin(fmax(share, 0), 1));
     }
     for (int i = 0; i <= grid->bins; i++) {
         int before = i > 0 ? grid->weight[(i - 1) * grid->stride + row] : 256;
@@ -124,7 +124,7 @@ static pnb_status grid_init(pnb_context *context, const struct pattern *pattern,
                             const struct shape *shape, bool area, struct exact_grid *grid)
 {
     *grid = (struct exact_grid){.rows = pattern->rows, .bins = pattern->bins};
-    grid->stride = grid->rows == 1 ? 1 : (grid->rows + 31) / 32 * 32;
+    grid->stride = grid->rows == 1 ? 1 : (grid->rows + 15) / 16 * 16;
     grid->row_shift = (float)pattern->shift;
     size_t size = exact_cover_size(grid);
     grid->weight = memory_calloc(context, size, sizeof(*grid->weight));

@@ -14,16 +14,13 @@ bool exact_work_init(pnb_context *context, const struct exact_scene *scene, stru
     return work->state && work->cluster_state && work->kept;
 }
 
-bool exact_work_prepare(struct exact_work *work, const struct exact_grid *grid, bool area)
+bool exact_work_prepare(struct exact_work *work, const struct exact_grid *grid)
 {
-    memory_free(work->context, work->cover);
-    memory_free(work->context, work->rest);
-    size_t size = exact_cover_size(grid);
-    work->cover = memory_calloc(work->context, size, sizeof(*work->cover));
-    work->rest = area ? memory_calloc(work->context, size, sizeof(*work->rest)) : NULL;
+    memory_free(work->context, work->cells);
+    work->cells = memory_calloc(work->context, exact_cover_size(grid), sizeof(*work->cells));
     memset(&work->stats, 0, sizeof(work->stats));
     work->no_memory = false;
-    return work->cover && (work->rest || !area);
+    return work->cells != NULL;
 }
 
 void exact_work_finish(struct exact_work *work)
@@ -36,6 +33,5 @@ void exact_work_finish(struct exact_work *work)
     memory_free(work->context, work->edges.fixed);
     memory_free(work->context, work->edges.open);
     memory_free(work->context, work->loose);
-    memory_free(work->context, work->cover);
-    memory_free(work->context, work->rest);
+    memory_free(work->context, work->cells);
 }
