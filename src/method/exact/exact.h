@@ -51,6 +51,9 @@ void exact_light_finish(pnb_context *context, struct exact_light *light);
 struct exact_cover {
     const struct exact_grid *grid;
     int32_t *cells;
+    /* [stride + 1]: change from row to row of the number of occluders whose border lies left of the
+     * light; it adds to column 0. */
+    int32_t *left;
     bool area; /* use the upper halves */
     int unit;  /* by how much one occluder changes the count: 2 for closed ones, 1 for sheets */
 };
@@ -200,7 +203,7 @@ struct exact_work {
     int unit; /* of the tile's occluders */
     vec3 (*loose)[3];
     size_t loose_count, loose_capacity;
-    int32_t *cells;
+    int32_t *cells, *left;
     struct exact_stats stats;
     bool no_memory;
 };

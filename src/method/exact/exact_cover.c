@@ -19,6 +19,7 @@ size_t exact_cover_size(const struct exact_grid *grid)
 void exact_cover_clear(const struct exact_cover *cover)
 {
     memset(cover->cells, 0, exact_cover_size(cover->grid) * sizeof(*cover->cells));
+    memset(cover->left, 0, EXACT_ROWS_MAX * sizeof(*cover->left));
 }
 
 /* A crossing at x cells, seen from the left; column k as in struct exact_cover. */
@@ -185,8 +186,10 @@ double exact_cover_resolve(const struct exact_cover *cover)
 {
     const struct exact_grid *grid = cover->grid;
     double sum = 0;
+    int left = 0;
     for (int row = 0; row < grid->rows; row++) {
-        int count = exact_cell_change(cover->cells[row]);
+        left += cover->left[row];
+        int count = left + exact_cell_change(cover->cells[row]);
         long seen = 0;
         for (int k = 1; k <= grid->bins + 1; k++) {
             int at = k * grid->stride + row, cell = at - grid->stride;

@@ -23,10 +23,14 @@ static double kernel_resolve(const struct exact_cover *cover)
         _mm512_setr_epi32(cover->unit - 1, 0, 1, 2, 2, 3, 3, 3, 3, 3, 3, 3, 3, 3, 3, 3);
     const __m512i last = _mm512_set1_epi32(15);
     double total = 0;
+    int32_t base[EXACT_ROWS_MAX], left = 0;
+    for (int row = 0; row < grid->stride; row++)
+        base[row] = left += cover->left[row];
     for (int row = 0; row < grid->rows; row += 16) {
         const int32_t *cells = cover->cells + row, *weight = grid->weight + row;
         const int32_t *inner = grid->inner + row;
         __m512i count = _mm512_srai_epi32(_mm512_slli_epi32(_mm512_loadu_si512(cells), 16), 16);
+        count = _mm512_add_epi32(count, _mm512_loadu_si512(base + row));
         __m512i sum = zero;
         __mmask16 seen = _mm512_cmple_epi32_mask(count, zero);
         for (int k = 0; k <= grid->bins; k++) {

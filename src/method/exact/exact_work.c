@@ -17,10 +17,12 @@ bool exact_work_init(pnb_context *context, const struct exact_scene *scene, stru
 bool exact_work_prepare(struct exact_work *work, const struct exact_grid *grid)
 {
     memory_free(work->context, work->cells);
+    memory_free(work->context, work->left);
     work->cells = memory_calloc(work->context, exact_cover_size(grid), sizeof(*work->cells));
+    work->left = memory_calloc(work->context, EXACT_ROWS_MAX, sizeof(*work->left));
     memset(&work->stats, 0, sizeof(work->stats));
     work->no_memory = false;
-    return work->cells != NULL;
+    return work->cells && work->left;
 }
 
 void exact_work_finish(struct exact_work *work)
@@ -34,4 +36,5 @@ void exact_work_finish(struct exact_work *work)
     memory_free(work->context, work->edges.open);
     memory_free(work->context, work->loose);
     memory_free(work->context, work->cells);
+    memory_free(work->context, work->left);
 }
