@@ -468,6 +468,9 @@ pnb_status shadow_build(struct shadow_builder *b, struct shadow_plane *plane,
     struct planar_options options = {.triangulate = true, .min_level = 1, .max_level = INT32_MAX};
     b->times.outline_edges += b->levels.segment_count;
     bool mend = settings->mend != SHADOW_MEND_NOT && rings > 1;
+    if (settings->rings_only) {
+        options.triangulate = mend = false;
+    }
     if (mend) {
         /* With a frame around it the outside is a face of level 0. */
         status = add_box(b->context, &b->levels, PLANAR_LIMIT, 1);

@@ -23,6 +23,7 @@ struct shadow_settings {
     enum shadow_mend mend;
     double join;      /* metres; 0: the grid's own unit */
     double tolerance; /* 0: rings */
+    bool rings_only;  /* no triangles: for measurements */
 };
 
 /* A receiver plane with the occluders above it. */

@@ -1,0 +1,384 @@
+/* bench/bench_planar.c: 'penumbra bench planar': what shadow geometry costs, against Clipper 6.
+ *
+ * Per mesh and number of light samples K, one thread, processor time, least of ROUNDS alternating
+ * runs, each run over SETS different light positions (one input again and again flatters the branch
+ * predictor):
+ *   outline   one sample: directed silhouette edges to the hard outline, ours over Clipper's
+ *   rings     all K silhouettes, outlines, and all winding levels of the K outlines together
+ *   fill      triangles of all faces and the exchange of diagonals, ours over our rings
+ *   area      largest relative difference of a level's area to Clipper's
+ * Silhouettes are part of both sides' time. Clipper gets closed loops linked from the same edges.
+ */
+#define _GNU_SOURCE
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <time.h>
+
+#include <penumbra/penumbra.h>
+
+#include "light/light.h"
+#include "method/planar/room.h"
+#include "peer_clipper.h"
+
+#define ROUNDS 5
+#define SETS   4
+
+static double cpu_ms(void)
+{
+    struct timespec t;
+    clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
+    return (double)t.tv_sec * 1e3 + (double)t.tv_nsec * 1e-6;
+}
+
+static void die(pnb_context *context)
+{
+    fprintf(stderr, "penumbra: error: %s\n", pnb_context_error(context));
+    exit(1);
+}
+
+enum shape { SPHERE, TORUS, KNOT, BLOB };
+
+static void point_of(enum shape shape, double u, double v, double *p)
+{
+    double a = 2 * M_PI * u, b = 2 * M_PI * v;
+    if (shape == SPHERE || shape == BLOB) {
+        double t = M_PI * v;
+        double r = 1;
+        if (shape == BLOB)
+            r += 0.12 * sin(5 * a) * sin(4 * t) + 0.08 * sin(11 * a + 1) * sin(9 * t) +
+                 0.05 * sin(17 * t + 2 * a);
+        p[0] = r * sin(t) * cos(a);
+        p[1] = r * cos(t);
+        p[2] = r * sin(t) * sin(a);
+    } else if (shape == TORUS) {
+        p[0] = (1 + 0.4 * cos(b)) * cos(a);
+        p[1] = 0.4 * sin(b);
+        p[2] = (1 + 0.4 * cos(b)) * sin(a);
+    } else { /* a (3, 7) torus knot's tube */
+        double c[3], d[3], e[3], n[3], m[3], h = 1e-4;
+        for (int k = 0; k < 2; k++) {
+            double s = 2 * M_PI * (u + k * h), r = 1 + 0.45 * cos(7 * s);
+            double *q = k ? d : c;
+            q[0] = r * cos(3 * s);
+            q[1] = 0.45 * sin(7 * s);
+            q[2] = r * sin(3 * s);
+        }
+        double length = 0;
+        for (int k = 0; k < 3; k++) {
+            e[k] = d[k] - c[k];
+            length += e[k] * e[k];
+        }
+        length = sqrt(length);
+        for (int k = 0; k < 3; k++)
+            e[k] /= length;
+        double out[3] = {c[0], 0.2, c[2]};
+        double along = out[0] * e[0] + out[1] * e[1] + out[2] * e[2], size = 0;
+        for (int k = 0; k < 3; k++) {
+            n[k] = out[k] - along * e[k];
+            size += n[k] * n[k];
+        }
+        size = sqrt(size);
+        for (int k = 0; k < 3; k++)
+            n[k] /= size;
+        m[0] = e[1] * n[2] - e[2] * n[1];
+        m[1] = e[2] * n[0] - e[0] * n[2];
+        m[2] = e[0] * n[1] - e[1] * n[0];
+        for (int k = 0; k < 3; k++)
+            p[k] = c[k] + 0.12 * (cos(b) * n[k] + sin(b) * m[k]);
+    }
+}
+
+/* Ground plane and one mesh of rows x columns, two metres above it. */
+static pnb_scene *make_scene(pnb_context *context, enum shape shape, int rows, int columns)
+{
+    pnb_scene *scene;
+    size_t index;
+    const double grey[3] = {0.8, 0.8, 0.8};
+    if (pnb_scene_create(context, &scene) ||
+        scene_add_plane(scene, "ground", v3(0, 0, 0), v3(0, 1, 0), 10, grey, &index))
+        die(context);
+    bool poles = shape == SPHERE || shape == BLOB;
+    int count_v = poles ? columns + 1 : columns;
+    float *p = malloc(sizeof(float) * 3 * (size_t)rows * (size_t)count_v);
+    uint32_t *t = malloc(sizeof(uint32_t) * 6 * (size_t)rows * (size_t)columns);
+    for (int i = 0; i < rows; i++)
+        for (int j = 0; j < count_v; j++) {
+            double q[3];
+            point_of(shape, (double)i / rows, (double)j / columns, q);
+            /* The poles are one point each. */
+            if (poles && (j == 0 || j == columns))
+                point_of(shape, 0, (double)j / columns, q);
+            if (poles && j == 0)
+                q[0] = q[2] = 0;
+            if (poles && j == columns)
+                q[0] = q[2] = 0;
+            float *out = p + 3 * ((size_t)i * count_v + j);
+            out[0] = (float)q[0];
+            out[1] = (float)(q[1] + 2);
+            out[2] = (float)q[2];
+        }
+    size_t n = 0;
+    for (int i = 0; i < rows; i++)
+        for (int j = 0; j < columns; j++) {
+            uint32_t a = (uint32_t)(i * count_v + j), b = (uint32_t)((i + 1) % rows * count_v + j);
+            uint32_t c = (uint32_t)((i + 1) % rows * count_v + (j + 1) % count_v);
+            uint32_t d = (uint32_t)(i * count_v + (j + 1) % count_v);
+            uint32_t quad[6] = {a, b, c, a, c, d};
+            for (int k = 0; k < 6; k += 3) {
+                /* At a pole one of the two has no area: its points a and b, or c and d, are one. */
+                if (poles && (j == 0 ? k == 0 : j == columns - 1 && k == 3))
+                    continue;
+                memcpy(t + 3 * n++, quad + k, 3 * sizeof(*t));
+            }
+        }
+    pnb_mesh_desc mesh = {.positions = p,
+                          .vertex_count = (size_t)rows * (size_t)count_v,
+                          .indices = t,
+                          .triangle_count = n};
+    pnb_object object = {.name = "occluder",
+                         .world_from_mesh = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0},
+                         .color = {1, 1, 1},
+                         .casts = true,
+                         .receives = true};
+    if (pnb_scene_add_mesh(scene, &mesh, &object.mesh) ||
+        pnb_scene_add_object(scene, &object, &index))
+        die(context);
+    free(p);
+    free(t);
+    return scene;
+}
+
+static void light_of(int set, pnb_light *light)
+{
+    *light = (pnb_light){.type = PNB_LIGHT_RECTANGLE, .color = {1, 1, 1}};
+    double angle = 1.7 * set;
+    double center[3] = {0.8 * cos(angle), 7 + 0.3 * set, 0.8 * sin(angle)};
+    double u[3] = {0.7, 0, 0}, v[3] = {0, 0, 0.7};
+    memcpy(light->shape.rectangle.center, center, sizeof(center));
+    memcpy(light->shape.rectangle.half_u, u, sizeof(u));
+    memcpy(light->shape.rectangle.half_v, v, sizeof(v));
+}
+
+struct setting {
+    pnb_context *context;
+    struct shadow_builder builder;
+    struct shadow_plane plane;
+    struct light_shape shapes[SETS];
+    struct shadow_cluster *clusters[SETS];
+    struct shadow_part part;
+    struct shadow_settings settings;
+    /* The peer's loops. */
+    struct peer_outlines *peer;
+    int *xy;
+    unsigned *starts;
+    uint32_t *first, *next;
+    uint8_t *used;
+    size_t capacity;
+};
+
+/* Closed loops of a silhouette, on the same grid as ours. */
+static size_t link_loops(struct setting *s, const struct silhouette_outline *o)
+{
+    size_t n = o->segment_count > o->point_count ? o->segment_count : o->point_count;
+    if (n > s->capacity) {
+        s->capacity = 2 * n;
+        s->xy = realloc(s->xy, 2 * s->capacity * sizeof(*s->xy));
+        s->starts = realloc(s->starts, (s->capacity + 1) * sizeof(*s->starts));
+        s->first = realloc(s->first, s->capacity * sizeof(*s->first));
+        s->next = realloc(s->next, s->capacity * sizeof(*s->next));
+        s->used = realloc(s->used, s->capacity);
+    }
+    for (size_t i = 0; i < o->point_count; i++)
+        s->first[i] = PLANAR_NONE;
+    for (uint32_t i = 0; i < o->segment_count; i++) {
+        s->next[i] = s->first[o->segments[i].a];
+        s->first[o->segments[i].a] = i;
+        s->used[i] = 0;
+    }
+    size_t loops = 0, count = 0;
+    s->starts[0] = 0;
+    for (uint32_t i = 0; i < o->segment_count; i++) {
+        if (s->used[i])
+            continue;
+        uint32_t begin = o->segments[i].a;
+        for (uint32_t at = begin;;) {
+            uint32_t e = s->first[at];
+            s->first[at] = s->next[e];
+            s->used[e] = 1;
+            s->xy[2 * count] =
+                (int)floor((o->points[2 * at] - s->plane.center[0]) * s->plane.scale + 0.5);
+            s->xy[2 * count + 1] =
+                (int)floor((o->points[2 * at + 1] - s->plane.center[1]) * s->plane.scale + 0.5);
+            count++;
+            at = o->segments[e].b;
+            if (at == begin)
+                break;
+        }
+        s->starts[++loops] = (unsigned)count;
+    }
+    return loops;
+}
+
+static void silhouettes(struct setting *s, int set, int k)
+{
+    vec3 samples[SILHOUETTE_SAMPLES_MAX];
+    shadow_samples(s->clusters[set], SHADOW_OPTIMISED, k, s->plane.frame.origin, 1e7, samples);
+    for (int i = 0; i < k; i++) {
+        samples[i] = silhouette_to_plane(&s->plane.frame, samples[i]);
+        s->builder.outlines[i].point_count = s->builder.outlines[i].segment_count = 0;
+    }
+    for (size_t i = 0; i < s->plane.occluder_count; i++)
+        if (silhouette_from_points(s->context, &s->plane.occluders[i], samples, (size_t)k,
+                                   s->builder.outlines))
+            die(s->context);
+}
+
+static double run_peer(struct setting *s, int k, bool levels)
+{
+    double begin = cpu_ms();
+    for (int set = 0; set < SETS; set++) {
+        peer_clear(s->peer);
+        silhouettes(s, set, k);
+        for (int i = 0; i < k; i++) {
+            size_t loops = link_loops(s, &s->builder.outlines[i]);
+            peer_add_outline(s->peer, s->xy, s->starts, loops);
+        }
+        if (levels)
+            peer_levels(s->peer);
+    }
+    return (cpu_ms() - begin) / SETS;
+}
+
+static double run_ours(struct setting *s, int k, bool fill)
+{
+    s->settings.samples = k;
+    s->settings.fill = fill ? PLANAR_RULE_NEAREST : PLANAR_RULE_SWEEP;
+    s->settings.rings_only = !fill;
+    memset(&s->builder.times, 0, sizeof(s->builder.times));
+    double begin = cpu_ms();
+    for (int set = 0; set < SETS; set++)
+        if (shadow_build(&s->builder, &s->plane, &s->shapes[set], s->clusters[set], &s->settings,
+                         &s->part))
+            die(s->context);
+    return (cpu_ms() - begin) / SETS;
+}
+
+/* Area of {level >= i} of the last part. */
+static double level_area(const struct shadow_part *part, int level)
+{
+    double sum = 0;
+    for (size_t i = 0; i < part->edge_count; i++) {
+        const struct planar_edge *e = &part->edges[i];
+        int way = (e->below >= level) - (e->above >= level);
+        const double *a = part->points + 2 * (size_t)e->left,
+                     *b = part->points + 2 * (size_t)e->right;
+        sum -= way * 0.5 * (a[0] * b[1] - a[1] * b[0]);
+    }
+    return sum;
+}
+
+int main(int argc, char **argv)
+{
+    static const struct {
+        const char *name;
+        enum shape shape;
+        int rows, columns;
+    } meshes[] = {
+        {"sphere", SPHERE, 100, 50}, {"torus", TORUS, 100, 50},    {"knot", KNOT, 500, 10},
+        {"blob", BLOB, 100, 50},     {"blob-50k", BLOB, 316, 158},
+    };
+    static const int counts[] = {1, 3, 8, 16};
+    bool json = argc > 1 && strcmp(argv[1], "--json") == 0;
+    if (argc > 1 && !json) {
+        printf("usage: penumbra bench planar [--json]\n");
+        return strcmp(argv[1], "--help") ? 2 : 0;
+    }
+    if (json)
+        printf("{\"suite\": \"planar\", \"rows\": [");
+    else
+        printf("%-9s %3s | %8s %8s %8s %8s %8s | %9s %7s %8s | %9s\n", "mesh", "K", "silh. ms",
+               "outlines", "rings", "fill", "all", "Clipper", "faster", "fill/rgs", "area diff");
+    for (size_t m = 0; m < sizeof(meshes) / sizeof(meshes[0]); m++) {
+        struct setting s = {0};
+        if (pnb_context_create(&(pnb_context_desc){.threads = 1}, &s.context))
+            return 1;
+        pnb_scene *scene =
+            make_scene(s.context, meshes[m].shape, meshes[m].rows, meshes[m].columns);
+        if (shadow_builder_init(s.context, scene, &s.builder) ||
+            shadow_plane_init(s.context, scene, 0, v3(0, 9, 0), &s.plane))
+            die(s.context);
+        pnb_mesh_info info;
+        pnb_scene_mesh_info(scene, 1, &info);
+        for (int set = 0; set < SETS; set++) {
+            pnb_light light;
+            size_t count;
+            light_of(set, &light);
+            if (light_shape_init(s.context, &light, &s.shapes[set]) ||
+                shadow_clusters(s.context, &s.shapes[set], &s.clusters[set], &count))
+                die(s.context);
+            s.shapes[set].light = light;
+        }
+        s.settings.mend = SHADOW_MEND_EVEN;
+        s.peer = peer_create();
+        for (size_t c = 0; c < sizeof(counts) / sizeof(counts[0]); c++) {
+            int k = counts[c];
+            double ours = 1e30, peer = 1e30, filled = 1e30;
+            struct shadow_times best = {0};
+            int rounds = k > 3 ? ROUNDS : 4 * ROUNDS;
+            for (int round = 0; round < rounds; round++) {
+                double t = run_ours(&s, k, false);
+                if (t < ours)
+                    best = s.builder.times;
+                ours = fmin(ours, t);
+                if (round < ROUNDS - (k > 8 ? 3 : 0))
+                    peer = fmin(peer, run_peer(&s, k, k > 1));
+                filled = fmin(filled, run_ours(&s, k, true));
+            }
+            double worst = 0;
+            if (k > 1)
+                for (int i = 1; i <= k; i++) {
+                    double a = level_area(&s.part, i);
+                    double b =
+                        fabs(peer_level_area(s.peer, (size_t)i)) / (s.plane.scale * s.plane.scale);
+                    worst = fmax(worst, fabs(a - b) / level_area(&s.part, 1));
+                }
+            if (json)
+                printf(
+                    "%s\n {\"mesh\": \"%s\", \"closed\": %s, \"samples\": %d, \"silhouettes_ms\": "
+                    "%.4f, \"outlines_ms\": %.4f, \"rings_ms\": %.4f, \"total_ms\": %.4f, "
+                    "\"with_fill_ms\": %.4f, \"clipper_ms\": %.4f, \"faster\": %.2f, "
+                    "\"area_difference\": %.2g, \"careful\": %zu}",
+                    m + c ? "," : "", meshes[m].name, info.closed ? "true" : "false", k,
+                    best.silhouettes_ms / SETS, best.outlines_ms / SETS, best.rings_ms / SETS, ours,
+                    filled, peer, peer / ours, worst, best.careful);
+            else
+                printf(
+                    "%-9s %3d | %8.3f %8.3f %8.3f %8.3f %8.3f | %9.3f %6.1fx %8.2f | %9.1e%s%s\n",
+                    meshes[m].name, k, best.silhouettes_ms / SETS, best.outlines_ms / SETS,
+                    best.rings_ms / SETS, filled - ours, ours, peer, peer / ours,
+                    (filled - ours) / (best.rings_ms / SETS), worst, info.closed ? "" : " open!",
+                    best.careful ? " careful" : "");
+            fflush(stdout);
+        }
+        peer_destroy(s.peer);
+        for (int set = 0; set < SETS; set++) {
+            memory_free(s.context, s.clusters[set]);
+            light_shape_finish(s.context, &s.shapes[set]);
+        }
+        free(s.xy);
+        free(s.starts);
+        free(s.first);
+        free(s.next);
+        free(s.used);
+        shadow_part_finish(s.context, &s.part);
+        shadow_plane_finish(s.context, &s.plane);
+        shadow_builder_finish(&s.builder);
+        pnb_scene_destroy(scene);
+        pnb_context_destroy(s.context);
+    }
+    if (json)
+        printf("\n]}\n");
+    return 0;
+}
