@@ -288,7 +288,8 @@ static void soups_agree_with_ray_casting(void **state)
                     x += r.points[t->v[c]].x / 3.0;
                     y += r.points[t->v[c]].y / 3.0;
                 }
-                if (distance_to(&f.input, x, y) < 1.5)
+                /* Rounding bends an edge by up to 1.5 units per crossing; bends in a row add up. */
+                if (distance_to(&f.input, x, y) < 4)
                     continue;
                 assert_int_equal(t->level, winding_by_ray(&f.input, x, y) + options.base);
                 checked++;

@@ -17,7 +17,10 @@ struct sweep_edge {
      * last point up to the next edge's. */
     uint32_t low, high, last;
     int32_t gap_x; /* where its trapezoid begins */
-    bool grazed;   /* a point already passed lies within two grid units: it must not be bent */
+    /* Points already passed that lie within some grid units of the edge: how many (2: and more),
+     * and the first. An edge is not bent to the other side of them. */
+    int32_t grazed;
+    struct planar_point graze;
 };
 
 /* A point of a gap's chain. owner: what lies to the left of the link to the node above: a half-edge

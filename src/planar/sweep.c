@@ -13,9 +13,10 @@
  *
  * Exact: one predicate (planar_orient) makes every decision. A point on an edge, coincident edges,
  * many edges through one point, vertical edges: all usual cases, not special ones. Not exact is
- * only the rounding of a crossing to the grid, which bends both edges by less than a grid unit.
- * Should that put an edge on the wrong side of a point, the order along the line, or a face that
- * cannot be filled, tells (`trouble`), and the input is rounded by snap.c and swept again.
+ * only the rounding of a crossing to the grid, which bends both edges by up to 1.5 grid units. Of
+ * the four grid points around a crossing one is taken that leaves all order as it is: that of
+ * neighbours, and that of points already passed that lie near an edge (`grazed`). If there is none
+ * (`trouble`), the input is rounded by snap.c and swept again.
  *
  * Invariants: edges meet in end points only; below + delta = above; the winding numbers around a
  * point agree (else: the segments do not close).
@@ -112,8 +113,10 @@ static void find_range(struct planar_workspace *w, struct planar_point p, uint32
     *hi = last;
 }
 
-/* Where two edges that are known to cross do so, rounded. */
-static struct planar_point crossing_point(const struct sweep_edge *f, const struct sweep_edge *g)
+/* Where two edges that are known to cross do so: the grid point below and to the left, and what is
+ * left over. */
+static struct planar_point crossing_cell(const struct sweep_edge *f, const struct sweep_edge *g,
+                                         double *rest_x, double *rest_y)
 {
     /* f.l + t (f.r - f.l), t = cross(g.l - f.l, dg) / cross(df, dg): numerator and denominator are
      * exact, the quotient is right to 2^-51, the product to 2^-21 grid units. */
@@ -122,8 +125,11 @@ static struct planar_point crossing_point(const struct sweep_edge *f, const stru
     int64_t number = (g->l.x - f->l.x) * dgy - (g->l.y - f->l.y) * dgx;
     int64_t by = dfx * dgy - dfy * dgx;
     double t = (double)number / (double)by;
-    return (struct planar_point){f->l.x + (int32_t)floor(t * (double)dfx + 0.5),
-                                 f->l.y + (int32_t)floor(t * (double)dfy + 0.5)};
+    double x = t * (double)dfx, y = t * (double)dfy;
+    double fx = floor(x), fy = floor(y);
+    *rest_x = x - fx;
+    *rest_y = y - fy;
+    return (struct planar_point){f->l.x + (int32_t)fx, f->l.y + (int32_t)fy};
 }
 
 /* f is below g where both are active: true unless their left ends say otherwise. */
@@ -140,9 +146,26 @@ static bool ordered(const struct sweep_edge *f, const struct sweep_edge *g)
 static inline void note_graze(struct sweep_edge *e, struct planar_point p)
 {
     int64_t s = side(e, p);
-    int64_t reach =
-        (int64_t)(e->r.x - e->l.x) + (e->r.y > e->l.y ? e->r.y - e->l.y : e->l.y - e->r.y);
-    e->grazed |= s <= reach && s >= -reach; /* distance times length, length at most reach */
+    int64_t dx = e->r.x - e->l.x, dy = e->r.y > e->l.y ? e->r.y - e->l.y : e->l.y - e->r.y;
+    int64_t near = 4 * (dx + dy); /* at least 4 grid units times the edge's length */
+    if (s > near || s < -near)
+        return;
+    if (e->grazed == 0)
+        e->graze = p;
+    else if (e->grazed == 1 && planar_same(e->graze, p))
+        return;
+    e->grazed++;
+}
+
+/* May the edge be bent so that its left part ends at c? */
+static bool may_bend(const struct sweep_edge *e, struct planar_point c)
+{
+    if (e->grazed == 0 || side(e, c) == 0)
+        return true;
+    if (e->grazed > 1)
+        return false;
+    int64_t old = side(e, e->graze), new = planar_orient(e->l, c, e->graze);
+    return (old > 0 && new > 0) || (old < 0 && new < 0);
 }
 
 /* Cuts an edge of the status at p; the rest starts there later. Returns the rest or PLANAR_NONE. */
@@ -163,7 +186,21 @@ static uint32_t cut(struct planar_workspace *w, uint32_t id, struct planar_point
     return rest;
 }
 
-/* Do the status' edges i and i + 1 cross to the right of p? Then cut them there. */
+/* Can the status' edges i and i + 1 both be cut at c, all order kept? */
+static bool fits(const struct planar_workspace *w, size_t i, struct planar_point p,
+                 struct planar_point c)
+{
+    struct sweep_edge f = w->work[w->status[i]], g = w->work[w->status[i + 1]];
+    if (!planar_before(p, c) || planar_before(f.r, c) || planar_before(g.r, c) ||
+        !may_bend(&f, c) || !may_bend(&g, c))
+        return false;
+    f.r = g.r = c;
+    return ordered(&f, &g) && (i == 0 || ordered(&w->work[w->status[i - 1]], &f)) &&
+           (i + 2 == w->status_count || ordered(&g, &w->work[w->status[i + 2]]));
+}
+
+/* Do the status' edges i and i + 1 cross to the right of p? Then cut them there: at the nearest
+ * grid point, or at another corner of the grid cell if that would put something out of order. */
 static void check_pair(struct planar_workspace *w, size_t i, struct planar_point p, int depth)
 {
     uint32_t fi = w->status[i], gi = w->status[i + 1];
@@ -174,9 +211,16 @@ static void check_pair(struct planar_workspace *w, size_t i, struct planar_point
     } else if (side(g, f->r) <= 0) {
         return;
     }
-    struct planar_point c = crossing_point(f, g);
-    if ((f->grazed && side(f, c) != 0) || (g->grazed && side(g, c) != 0) || !planar_before(p, c) ||
-        planar_before(f->r, c) || planar_before(g->r, c) || depth > BEND_DEPTH_MAX) {
+    double rest_x, rest_y;
+    struct planar_point cell = crossing_cell(f, g, &rest_x, &rest_y), c = cell;
+    bool found = false;
+    int nearest = (rest_x >= 0.5) | (rest_y >= 0.5) << 1;
+    for (int k = 0; k < 4 && !found; k++) {
+        int corner = nearest ^ (k == 1 ? 1 : k == 2 ? 2 : k == 3 ? 3 : 0);
+        c = (struct planar_point){cell.x + (corner & 1), cell.y + (corner >> 1)};
+        found = fits(w, i, p, c);
+    }
+    if (!found || depth > BEND_DEPTH_MAX) {
         w->trouble = true;
         return;
     }
@@ -189,21 +233,11 @@ static void check_pair(struct planar_workspace *w, size_t i, struct planar_point
     heap_push(w, (struct crossing){c, first, fi});
     if (w->no_memory)
         return;
-    /* Both are bent a little now: is all still in order? */
-    if (!ordered(&w->work[fi], &w->work[gi])) {
-        w->trouble = true;
-        return;
-    }
-    if (i > 0) {
-        w->trouble |= !ordered(&w->work[w->status[i - 1]], &w->work[fi]);
-        if (!w->trouble)
-            check_pair(w, i - 1, p, depth + 1);
-    }
-    if (i + 2 < w->status_count && !w->trouble) {
-        w->trouble |= !ordered(&w->work[gi], &w->work[w->status[i + 2]]);
-        if (!w->trouble)
-            check_pair(w, i + 1, p, depth + 1);
-    }
+    /* Both are bent a little: they may cross their other neighbours now. */
+    if (i > 0)
+        check_pair(w, i - 1, p, depth + 1);
+    if (i + 2 < w->status_count && !w->trouble)
+        check_pair(w, i + 1, p, depth + 1);
 }
 
 static inline bool filled(const struct planar_workspace *w, int32_t level)
