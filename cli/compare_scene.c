@@ -149,7 +149,7 @@ static int solve_truth(struct bench *bench, int samples)
             pnb_solver_report report;
             pnb_solver_get_report(solver, &report);
             result->truth_ms = report.visibility_ms;
-            result->truth_samples = samples;
+            result->truth_samples = report.samples;
         }
         pnb_solver_destroy(solver);
         if (status != PNB_OK)
@@ -197,6 +197,7 @@ static int judge(struct bench *bench, struct compare_entry *entry, const float *
 static void keep_report(struct compare_entry *entry, const pnb_solver_report *report)
 {
     char processor[256];
+    entry->samples = report->samples;
     entry->prepare_ms = report->prepare_ms;
     snprintf(entry->device, sizeof(entry->device), "%s",
              cli_device(report, processor, sizeof(processor)));

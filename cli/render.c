@@ -45,9 +45,7 @@ static const struct cli_command command = {
 
 struct light_result {
     float *visibility;
-    double milliseconds;
-    pnb_counter counters[PNB_COUNTER_MAX]; /* names are the method's */
-    size_t counter_count;
+    pnb_solver_report report; /* its warnings are the solver's */
 };
 
 struct render {
@@ -108,18 +106,14 @@ static int solve_light(struct render *render, size_t index, const pnb_receivers 
     if (!result->visibility)
         return cli_error("memory", "none left for %zu pixels", receivers->count);
 
-    pnb_solver_report report;
     if (cli_solve(render->solver, &light, receivers, render->options->json, result->visibility,
-                  &report) != PNB_OK)
+                  &result->report) != PNB_OK)
         return cli_session_fail(&render->session);
-    result->milliseconds = report.visibility_ms;
-    memcpy(result->counters, report.counters, sizeof(result->counters));
-    result->counter_count = report.counter_count;
-    render->prepare_ms = report.prepare_ms;
+    render->prepare_ms = result->report.prepare_ms;
     char processor[256];
     snprintf(render->device, sizeof(render->device), "%s",
-             cli_device(&report, processor, sizeof(processor)));
-    render->visibility_ms += result->milliseconds;
+             cli_device(&result->report, processor, sizeof(processor)));
+    render->visibility_ms += result->report.visibility_ms;
     return CLI_GO_ON;
 }
 
@@ -231,37 +225,6 @@ static int write_files(struct render *render)
     return status == PNB_OK ? CLI_GO_ON : cli_session_fail(&render->session);
 }
 
-static json_t *counters_json(const struct light_result *light)
-{
-    json_t *object = json_object();
-    for (size_t i = 0; i < light->counter_count; i++) {
-        double value = light->counters[i].value;
-        bool whole = value == floor(value) && fabs(value) < 9e15;
-        json_object_set_new(object, light->counters[i].name,
-                            whole ? json_integer((json_int_t)value) : cli_json_number(value));
-    }
-    return object;
-}
-
-/* Every parameter of the method as it was in use. */
-static json_t *parameters_json(const struct cli_options *options, const pnb_method_info *method)
-{
-    json_t *object = json_object();
-    for (size_t i = 0; i < method->param_count; i++) {
-        const pnb_param_info *info = &method->params[i];
-        const char *value = info->default_value;
-        for (size_t p = 0; p < options->param_count; p++)
-            if (strcmp(options->params[p].key, info->key) == 0)
-                value = options->params[p].value;
-        bool number = info->type == PNB_PARAM_NUMBER, whole = info->type == PNB_PARAM_INTEGER;
-        json_object_set_new(object, info->key,
-                            whole    ? json_integer((json_int_t)strtod(value, NULL))
-                            : number ? cli_json_number(strtod(value, NULL))
-                                     : cli_json_text(value));
-    }
-    return object;
-}
-
 static int print_json(struct render *render)
 {
     const struct cli_options *options = render->options;
@@ -271,10 +234,11 @@ static int print_json(struct render *render)
     for (size_t i = 0; i < render->light_count; i++) {
         pnb_light light;
         pnb_scene_light(render->scene, i, &light);
-        json_array_append_new(lights, json_pack("{s:i, s:s, s:o, s:o}", "index", (int)i, "type",
-                                                pnb_light_type_name(light.type), "milliseconds",
-                                                cli_json_number(render->lights[i].milliseconds),
-                                                "counters", counters_json(&render->lights[i])));
+        json_array_append_new(lights,
+                              json_pack("{s:i, s:s, s:o, s:o}", "index", (int)i, "type",
+                                        pnb_light_type_name(light.type), "milliseconds",
+                                        cli_json_number(render->lights[i].report.visibility_ms),
+                                        "counters", cli_json_counters(&render->lights[i].report)));
     }
     json_t *value = json_object();
     json_object_set_new(value, "method", cli_json_text(method->name));
@@ -283,20 +247,19 @@ static int print_json(struct render *render)
     json_object_set_new(value, "width", json_integer(options->width));
     json_object_set_new(value, "height", json_integer(options->height));
     json_object_set_new(value, "light", json_integer((json_int_t)options->light_index));
-    if (method->samples)
-        json_object_set_new(
-            value, "samples",
-            json_integer(options->samples ? options->samples : method->default_samples));
+    if (render->light_count && method->samples)
+        json_object_set_new(value, "samples",
+                            json_integer(render->lights[options->light_index].report.samples));
     json_object_set_new(value, "milliseconds",
                         json_pack("{s:o, s:o, s:o, s:o}", "prepare",
                                   cli_json_number(render->prepare_ms), "primary",
                                   cli_json_number(render->view.primary_ms), "visibility",
                                   cli_json_number(render->visibility_ms), "shade",
                                   cli_json_number(render->shade_ms)));
-    json_object_set_new(value, "parameters", parameters_json(options, method));
+    json_object_set_new(value, "parameters", cli_json_parameters(options, method));
     if (render->light_count)
         json_object_set_new(value, "counters",
-                            counters_json(&render->lights[options->light_index]));
+                            cli_json_counters(&render->lights[options->light_index].report));
     json_object_set_new(value, "lights", lights);
     json_object_set_new(value, "device", cli_json_text(render->device));
     json_object_set_new(value, "threads",

@@ -13,24 +13,6 @@ static json_t *texts_json(char *const *texts, size_t count)
     return array;
 }
 
-static json_t *parameters_json(const struct cli_options *options, const pnb_method_info *method)
-{
-    json_t *object = json_object();
-    for (size_t i = 0; method && i < method->param_count; i++) {
-        const pnb_param_info *info = &method->params[i];
-        const char *value = info->default_value;
-        for (size_t p = 0; p < options->param_count; p++)
-            if (strcmp(options->params[p].key, info->key) == 0)
-                value = options->params[p].value;
-        json_object_set_new(object, info->key,
-                            info->type == PNB_PARAM_INTEGER
-                                ? json_integer((json_int_t)strtod(value, NULL))
-                            : info->type == PNB_PARAM_NUMBER ? cli_json_number(strtod(value, NULL))
-                                                             : cli_json_text(value));
-    }
-    return object;
-}
-
 static json_t *entry_json(const struct compare_run *run, const struct compare_entry *entry)
 {
     const pnb_errors *errors = &entry->errors;
@@ -62,7 +44,7 @@ static json_t *entry_json(const struct compare_run *run, const struct compare_en
     json_object_set_new(object, "penumbra_pixels",
                         json_integer((json_int_t)errors->penumbra_pixels));
     if (entry->method) {
-        json_object_set_new(object, "parameters", parameters_json(run->options, entry->method));
+        json_object_set_new(object, "parameters", cli_json_parameters(run->options, entry->method));
         json_object_set_new(object, "device", cli_json_text(entry->device));
     }
     json_object_set_new(object, "warnings", texts_json(entry->warnings, entry->warning_count));

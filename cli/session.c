@@ -334,6 +334,36 @@ json_t *cli_json_warnings(const struct cli_session *session)
     return array;
 }
 
+json_t *cli_json_parameters(const struct cli_options *options, const pnb_method_info *method)
+{
+    json_t *object = json_object();
+    for (size_t i = 0; method && i < method->param_count; i++) {
+        const pnb_param_info *info = &method->params[i];
+        const char *value = info->default_value;
+        for (size_t p = 0; p < options->param_count; p++)
+            if (strcmp(options->params[p].key, info->key) == 0)
+                value = options->params[p].value;
+        bool number = info->type == PNB_PARAM_NUMBER, whole = info->type == PNB_PARAM_INTEGER;
+        json_object_set_new(object, info->key,
+                            whole    ? json_integer((json_int_t)strtod(value, NULL))
+                            : number ? cli_json_number(strtod(value, NULL))
+                                     : cli_json_text(value));
+    }
+    return object;
+}
+
+json_t *cli_json_counters(const pnb_solver_report *report)
+{
+    json_t *object = json_object();
+    for (size_t i = 0; i < report->counter_count; i++) {
+        double value = report->counters[i].value;
+        bool whole = value == floor(value) && fabs(value) < 9e15;
+        json_object_set_new(object, report->counters[i].name,
+                            whole ? json_integer((json_int_t)value) : cli_json_number(value));
+    }
+    return object;
+}
+
 int cli_json_print(json_t *value)
 {
     int bad = json_dumpf(value, stdout, JSON_INDENT(2) | JSON_REAL_PRECISION(9));

@@ -51,10 +51,6 @@ static int print_json(const struct cli_session *session, const pnb_shadow *shado
     pnb_solver_report report;
     pnb_shadow_get(shadow, &view);
     pnb_shadow_get_report(shadow, &report);
-    json_t *counters = json_object();
-    for (size_t i = 0; i < report.counter_count; i++)
-        json_object_set_new(counters, report.counters[i].name,
-                            cli_json_number(report.counters[i].value));
     json_t *value = json_object();
     json_object_set_new(value, "method", cli_json_text("planar"));
     json_object_set_new(value, "scene", cli_json_text(session->options->operands[0]));
@@ -67,7 +63,7 @@ static int print_json(const struct cli_session *session, const pnb_shadow *shado
     json_object_set_new(value, "milliseconds",
                         json_pack("{s:o, s:o}", "prepare", cli_json_number(report.prepare_ms),
                                   "shadow", cli_json_number(report.visibility_ms)));
-    json_object_set_new(value, "counters", counters);
+    json_object_set_new(value, "counters", cli_json_counters(&report));
     json_object_set_new(value, "warnings", cli_json_warnings(session));
     return cli_json_print(value);
 }

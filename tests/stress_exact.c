@@ -43,9 +43,9 @@ int main(int argc, char **argv)
         pnb_solver_get_report(solver, &report);
         for (size_t i = 0; i < report.counter_count; i++) {
             edges +=
-                strcmp(report.counters[i].name, "edges-per-tile") ? 0 : report.counters[i].value;
+                strcmp(report.counters[i].name, "edges_per_tile") ? 0 : report.counters[i].value;
             loose +=
-                strcmp(report.counters[i].name, "loose-per-tile") ? 0 : report.counters[i].value;
+                strcmp(report.counters[i].name, "loose_per_tile") ? 0 : report.counters[i].value;
         }
         pnb_solver_destroy(solver);
         twin_visibility(context, &c, samples, truth);

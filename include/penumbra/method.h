@@ -78,7 +78,9 @@ typedef struct pnb_counter {
 typedef struct pnb_solver_report {
     double prepare_ms;    /* create, and updates: what is done once per mesh */
     double visibility_ms; /* the last pnb_solver_visibility() */
-    const char *device;   /* "" on the CPU, else the OpenGL renderer */
+    int samples; /* light samples in use: of the solver, then of its last visibility; 0: the method
+                    does not sample. Some round the number asked for, and points need one. */
+    const char *device; /* "" on the CPU, else the OpenGL renderer */
     pnb_counter counters[PNB_COUNTER_MAX];
     size_t counter_count;
     const char *const *warnings; /* lines; the solver's, until it is destroyed */

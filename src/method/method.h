@@ -14,7 +14,8 @@ struct method {
     /* Also after a create() that failed: state is then what create() left, or NULL. */
     void (*destroy)(pnb_solver *solver);
     pnb_status (*update)(pnb_solver *solver, pnb_update update);
-    /* The light is checked and one of info.lights. Writes every element of visibility. */
+    /* The light is checked and one of info.lights. Writes every element of visibility. Sets
+     * report.samples where it is not solver->samples. */
     pnb_status (*visibility)(pnb_solver *solver, const pnb_light *light,
                              const pnb_receivers *receivers, float *visibility);
 };

@@ -136,6 +136,7 @@ pnb_status pnb_solver_create(pnb_context *context, pnb_scene *scene, const pnb_s
     if (status == PNB_OK) {
         double started = clock_ms();
         status = method->create(solver);
+        solver->report.samples = solver->samples;
         solver->report.prepare_ms = clock_ms() - started;
     }
     if (status != PNB_OK) {

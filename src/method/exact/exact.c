@@ -215,6 +215,7 @@ static pnb_status exact_visibility(pnb_solver *solver, const pnb_light *light,
     pnb_status status = exact_light_init(context, light, solver->samples, exact->area, &shape);
     if (status != PNB_OK)
         return status;
+    solver->report.samples = shape.samples;
     uint32_t *order = NULL;
     struct frame_job frame = {
         .job = {.scene = exact->scene,
@@ -256,13 +257,13 @@ static pnb_status exact_visibility(pnb_solver *solver, const pnb_light *light,
     }
     solver_count(solver, "lit", (double)sum.lit);
     solver_count(solver, "umbra", (double)sum.umbra);
-    solver_count(solver, "closed-form", (double)sum.closed);
+    solver_count(solver, "closed_form", (double)sum.closed);
     solver_count(solver, "sampled", (double)sum.sampled);
     solver_count(solver, "tiles", (double)sum.tiles);
-    solver_count(solver, "edges-per-tile", sum.tiles ? (double)sum.edges / (double)sum.tiles : 0);
-    solver_count(solver, "loose-per-tile",
+    solver_count(solver, "edges_per_tile", sum.tiles ? (double)sum.edges / (double)sum.tiles : 0);
+    solver_count(solver, "loose_per_tile",
                  sum.tiles ? (double)sum.triangles / (double)sum.tiles : 0);
-    solver_count(solver, "bytes-per-triangle",
+    solver_count(solver, "bytes_per_triangle",
                  exact->scene->triangle_count
                      ? (double)exact->scene->bytes / (double)exact->scene->triangle_count
                      : 0);

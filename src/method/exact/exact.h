@@ -34,6 +34,7 @@ struct exact_light {
     bool sun, one_sided; /* one_sided: shines to the side of normal */
     vec3 center, u, v, normal;
     struct exact_grid grid;
+    int samples; /* of the pattern: the next one of some fixed numbers */
 };
 
 pnb_status exact_light_init(pnb_context *context, const pnb_light *light, int samples, bool area,

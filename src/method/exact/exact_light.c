@@ -26,8 +26,8 @@ static const struct pattern patterns[] = {
     {4096, 96, 64, 0.14030, 0.41824, 0.9499},
 };
 
-static const struct pattern line_pattern = {0, 1, 256, 0, 0, 0.5};
-static const struct pattern point_pattern = {0, 1, 1, 0, 0, 0.5};
+static const struct pattern line_pattern = {256, 1, 256, 0, 0, 0.5};
+static const struct pattern point_pattern = {1, 1, 1, 0, 0, 0.5};
 
 /* The pieces [low, high] of a row, in s, that lie in the light; at most max of them. */
 struct shape {
@@ -252,6 +252,7 @@ pnb_status exact_light_init(pnb_context *context, const pnb_light *light, int sa
         break;
     }
     }
+    out->samples = pattern.samples;
     if (pattern.rows > 1) {
         out->u = v3_mad(out->u, out->v, pattern.shear);
         out->v = v3_scale(out->v, 1 + pattern.shear);

@@ -435,6 +435,7 @@ pnb_status reference_frame_init(pnb_solver *solver, const pnb_light *light,
         .sun = sun,
         .tfar = sun ? INFINITY : (float)(1 - TOLERANCE_LIGHT_GAP),
     };
+    solver->report.samples = (int)frame->samples;
     describe_bundle(frame);
     frame->tiles = (receivers->count + REFERENCE_TILE - 1) / REFERENCE_TILE;
     if (receivers->width > 0) {
