@@ -14,7 +14,8 @@
  * and directions are world space unless the name says otherwise. Descriptors work zero-initialised:
  * a zero means "the default". Every function that can fail returns pnb_status, and the context then
  * holds one line of text: pnb_context_error(). create/destroy own memory, and destroy(NULL) is
- * fine.
+ * fine. NULL for data that is needed is PNB_ERROR_ARGUMENT; a NULL object (context, scene, solver,
+ * ...) that a call is made on, or a NULL result pointer, is not looked for.
  */
 #ifndef PENUMBRA_PENUMBRA_H
 #define PENUMBRA_PENUMBRA_H

@@ -111,7 +111,7 @@ PNB_API const char *pnb_scene_name(const pnb_scene *scene); /* base name, or "bu
 PNB_API size_t pnb_scene_mesh_count(const pnb_scene *scene);
 PNB_API size_t pnb_scene_object_count(const pnb_scene *scene);
 PNB_API size_t pnb_scene_light_count(const pnb_scene *scene);
-/* Views of the scene's own data, valid until the scene changes. */
+/* Views of the scene's own data, valid until the scene changes. All zero beyond the last one. */
 PNB_API void pnb_scene_mesh(const pnb_scene *scene, size_t index, pnb_mesh_desc *out_mesh);
 PNB_API void pnb_scene_object(const pnb_scene *scene, size_t index, pnb_object *out_object);
 PNB_API void pnb_scene_light(const pnb_scene *scene, size_t index, pnb_light *out_light);

@@ -18,6 +18,8 @@ struct pnb_context {
 pnb_status status_fail(pnb_context *context, pnb_status status, const char *what, const char *why,
                        ...) __attribute__((format(printf, 4, 5)));
 pnb_status status_no_memory(pnb_context *context, size_t size);
+/* The caller gave NULL for what. */
+pnb_status status_missing(pnb_context *context, const char *what);
 
 void log_info(pnb_context *context, const char *format, ...) __attribute__((format(printf, 2, 3)));
 void log_warning(pnb_context *context, const char *format, ...)

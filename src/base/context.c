@@ -114,6 +114,11 @@ pnb_status status_no_memory(pnb_context *context, size_t size)
     return status_fail(context, PNB_ERROR_MEMORY, "memory", "no %zu bytes left", size);
 }
 
+pnb_status status_missing(pnb_context *context, const char *what)
+{
+    return status_fail(context, PNB_ERROR_ARGUMENT, what, "is missing: the pointer is NULL");
+}
+
 static void log_line(pnb_context *context, pnb_log_level level, const char *format,
                      va_list arguments)
 {

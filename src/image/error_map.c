@@ -103,6 +103,8 @@ pnb_status pnb_image_error_map(pnb_context *context, const float *error, int wid
                                double scale, bool bar, pnb_image *out_image)
 {
     memset(out_image, 0, sizeof(*out_image));
+    if (!error)
+        return status_missing(context, "error");
     if (!(scale > 0) || !isfinite(scale))
         return status_fail(context, PNB_ERROR_ARGUMENT, "error map", "scale %g is none", scale);
     pnb_status status =

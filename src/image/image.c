@@ -52,9 +52,11 @@ void pnb_image_finish(pnb_context *context, pnb_image *image)
 
 static pnb_status image_check(pnb_context *context, const char *path, const pnb_image *image)
 {
-    if (!image || !image->data || image->width < 1 || image->height < 1 ||
-        (image->channels != 1 && image->channels != 3))
+    if (!image || !image->data || image->width < 1 || image->height < 1)
         return status_fail(context, PNB_ERROR_ARGUMENT, path, "the image is empty");
+    if (image->channels != 1 && image->channels != 3)
+        return status_fail(context, PNB_ERROR_ARGUMENT, path, "%d channels; 1 or 3 are possible",
+                           image->channels);
     return PNB_OK;
 }
 
@@ -107,6 +109,11 @@ pnb_status pnb_image_write_exr(pnb_context *context, const char *path, int width
 {
     uint8_t *bytes = NULL;
     size_t size = 0;
+    for (size_t i = 0; channels && i < channel_count; i++)
+        if (!channels[i].name || !channels[i].data)
+            return status_missing(context, channels[i].name ? channels[i].name : "channel name");
+    if (channel_count > 0 && !channels)
+        return status_missing(context, "channels");
     pnb_status status =
         exr_encode(context, path, width, height, channels, channel_count, &bytes, &size);
     if (status == PNB_OK)

@@ -263,6 +263,8 @@ pnb_status pnb_light_irradiance(pnb_context *context, const pnb_light *light,
 {
     struct light_shape shape;
     pnb_status status = pnb_light_check(context, light);
+    if (status == PNB_OK && count > 0 && (!positions || !normals || !irradiance))
+        status = status_missing(context, "positions, normals or irradiance");
     if (status == PNB_OK)
         status = light_shape_init(context, light, &shape);
     if (status != PNB_OK)

@@ -105,6 +105,8 @@ static pnb_status check_polygon(pnb_context *context, const pnb_light *light)
 
 pnb_status pnb_light_check(pnb_context *context, const pnb_light *light)
 {
+    if (!light)
+        return status_missing(context, "light");
     if ((unsigned)light->type >= PNB_LIGHT_TYPE_COUNT)
         return status_fail(context, PNB_ERROR_ARGUMENT, "light", "type %d does not exist",
                            (int)light->type);

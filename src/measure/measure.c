@@ -50,6 +50,8 @@ pnb_status pnb_measure(pnb_context *context, const float *visibility, const floa
                        const uint8_t *mask, size_t count, pnb_errors *out_errors)
 {
     memset(out_errors, 0, sizeof(*out_errors));
+    if (count > 0 && (!visibility || !truth))
+        return status_missing(context, "visibility or truth");
     float *sizes = memory_alloc(context, count, sizeof(*sizes));
     if (!sizes)
         return status_no_memory(context, count * sizeof(*sizes));

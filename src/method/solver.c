@@ -81,7 +81,11 @@ static pnb_status resolve(pnb_solver *solver, const pnb_solver_desc *desc)
     solver->values = memory_calloc(context, info->param_count, sizeof(*solver->values));
     if (!solver->values)
         return status_no_memory(context, info->param_count * sizeof(*solver->values));
+    if (desc->param_count > 0 && !desc->params)
+        return status_missing(context, "params");
     for (size_t i = 0; i < desc->param_count; i++) {
+        if (!desc->params[i].key)
+            return status_missing(context, "a parameter's key");
         const char *key = desc->params[i].key, *value = desc->params[i].value;
         size_t k = 0;
         while (k < info->param_count && strcmp(info->params[k].key, key) != 0)
@@ -124,7 +128,10 @@ pnb_status pnb_solver_create(pnb_context *context, pnb_scene *scene, const pnb_s
     const char *name = desc->method ? desc->method : pnb_default_method();
     const struct method *method = method_find(name);
     if (!method)
-        return status_fail(context, PNB_ERROR_ARGUMENT, name, "no method of that name");
+        return status_fail(context, PNB_ERROR_ARGUMENT, *name ? name : "method",
+                           "no method of that name");
+    if (!scene)
+        return status_missing(context, "scene");
     pnb_solver *solver = memory_calloc(context, 1, sizeof(*solver));
     if (!solver)
         return status_no_memory(context, sizeof(*solver));
@@ -176,6 +183,8 @@ pnb_status pnb_solver_visibility(pnb_solver *solver, const pnb_light *light,
 {
     pnb_context *context = solver->context;
     pnb_status status = pnb_light_check(context, light);
+    if (status == PNB_OK && !receivers)
+        status = status_missing(context, "receivers");
     if (status != PNB_OK)
         return status;
     if (!(solver->method->info.lights & PNB_LIGHT_BIT(light->type))) {

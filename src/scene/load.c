@@ -93,6 +93,8 @@ static pnb_status name_after_path(pnb_scene *scene, const char *path)
 pnb_status pnb_scene_load(pnb_context *context, const char *path, pnb_scene **out_scene)
 {
     *out_scene = NULL;
+    if (!path)
+        return status_missing(context, "path");
     if (strncmp(path, "builtin:", 8) == 0)
         return scene_builtin(context, path + 8, out_scene);
     size_t length = strlen(path);

@@ -84,6 +84,8 @@ void scene_note(pnb_scene *scene, const char *format, ...)
 
 pnb_status pnb_scene_add_mesh(pnb_scene *scene, const pnb_mesh_desc *mesh, size_t *out_index)
 {
+    if (!mesh)
+        return status_missing(scene->context, "mesh");
     if (!memory_reserve(scene->context, (void **)&scene->meshes, &scene->mesh_capacity,
                         scene->mesh_count, 1, sizeof(*scene->meshes)))
         return status_no_memory(scene->context, sizeof(*scene->meshes));
@@ -124,6 +126,8 @@ static pnb_status check_reach(pnb_scene *scene, const char *name, const struct m
 pnb_status pnb_scene_add_object(pnb_scene *scene, const pnb_object *object, size_t *out_index)
 {
     pnb_context *context = scene->context;
+    if (!object)
+        return status_missing(context, "object");
     const char *name = object->name && *object->name ? object->name : "object";
     if (object->mesh >= scene->mesh_count)
         return status_fail(context, PNB_ERROR_ARGUMENT, name, "mesh %zu does not exist",
@@ -213,6 +217,8 @@ void pnb_scene_clear_lights(pnb_scene *scene)
 
 pnb_status pnb_scene_set_camera(pnb_scene *scene, const pnb_camera *camera)
 {
+    if (!camera)
+        return status_missing(scene->context, "camera");
     vec3 eye = v3_load(camera->eye), target = v3_load(camera->target), up = v3_load(camera->up);
     vec3 forward = v3_sub(target, eye);
     if (!v3_finite(eye) || !v3_finite(target) || !v3_finite(up))
@@ -252,6 +258,8 @@ pnb_status pnb_scene_set_placement(pnb_scene *scene, size_t object,
     if (object >= scene->object_count)
         return status_fail(scene->context, PNB_ERROR_ARGUMENT, "object",
                            "object %zu does not exist", object);
+    if (!world_from_mesh)
+        return status_missing(scene->context, "world_from_mesh");
     pnb_object *info = &scene->objects[object].info;
     pnb_status status = check_placement(scene, info->name, world_from_mesh);
     if (status == PNB_OK)
@@ -286,18 +294,22 @@ const char *pnb_scene_name(const pnb_scene *scene)
 {
     return scene->name;
 }
+
 size_t pnb_scene_mesh_count(const pnb_scene *scene)
 {
     return scene->mesh_count;
 }
+
 size_t pnb_scene_object_count(const pnb_scene *scene)
 {
     return scene->object_count;
 }
+
 size_t pnb_scene_light_count(const pnb_scene *scene)
 {
     return scene->light_count;
 }
+
 size_t pnb_scene_note_count(const pnb_scene *scene)
 {
     return scene->note_count;
@@ -310,19 +322,20 @@ const char *pnb_scene_note(const pnb_scene *scene, size_t index)
 
 void pnb_scene_mesh(const pnb_scene *scene, size_t index, pnb_mesh_desc *out_mesh)
 {
-    const struct mesh *mesh = &scene->meshes[index];
+    static const struct mesh none;
+    const struct mesh *mesh = index < scene->mesh_count ? &scene->meshes[index] : &none;
     *out_mesh = (pnb_mesh_desc){mesh->name,         mesh->positions, mesh->normals,
                                 mesh->vertex_count, mesh->indices,   mesh->triangle_count};
 }
 
 void pnb_scene_object(const pnb_scene *scene, size_t index, pnb_object *out_object)
 {
-    *out_object = scene->objects[index].info;
+    *out_object = index < scene->object_count ? scene->objects[index].info : (pnb_object){0};
 }
 
 void pnb_scene_light(const pnb_scene *scene, size_t index, pnb_light *out_light)
 {
-    *out_light = scene->lights[index];
+    *out_light = index < scene->light_count ? scene->lights[index] : (pnb_light){0};
 }
 
 void pnb_scene_camera(const pnb_scene *scene, pnb_camera *out_camera)

@@ -641,6 +641,8 @@ pnb_status pnb_scene_add_light_json(pnb_scene *scene, const char *text, size_t *
     struct reader reader = {.context = scene->context, .scene = scene, .source = &source};
     struct place top = {NULL, NULL, 0};
     json_t *root;
+    if (!text)
+        return status_missing(scene->context, "light");
     TRY(load_text(scene->context, source.file, text, strlen(text), &root));
     pnb_status status = read_light(&reader, &top, root, out_index);
     json_decref(root);

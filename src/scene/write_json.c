@@ -306,6 +306,8 @@ pnb_status pnb_scene_write_json(pnb_scene *scene, const char *path)
     pnb_context *context = scene->context;
     struct writer w = {.scene = scene, .context = context, .path = path};
     struct buffer out;
+    if (!path)
+        return status_missing(context, "path");
     if (scene->object_count == 0)
         return status_fail(context, PNB_ERROR_SCENE, path, "the scene has no object");
     w.stem = memory_strdup(context, path);

@@ -167,6 +167,8 @@ pnb_status pnb_surface_create(pnb_context *context, pnb_scene *scene, const pnb_
                               int width, int height, pnb_surface **out_surface)
 {
     *out_surface = NULL;
+    if (!scene)
+        return status_missing(context, "scene");
     if (width < 1 || height < 1 || width > 65536 || height > 65536)
         return status_fail(context, PNB_ERROR_ARGUMENT, "size",
                            "%dx%d pixels; each side must lie between 1 and 65536", width, height);
@@ -282,6 +284,8 @@ pnb_status pnb_surface_shade(const pnb_surface *surface, const float *const *vis
     pnb_context *context = surface->context;
     const pnb_scene *scene = surface->scene;
     size_t count = (size_t)surface->width * (size_t)surface->height;
+    if (!rgb)
+        return status_missing(context, "rgb");
     memset(rgb, 0, count * 3 * sizeof(float));
     struct shade job = {.surface = surface, .rgb = rgb};
     if (scene->light_count > 0) {

@@ -193,6 +193,8 @@ static bool ends_in(const char *path, const char *ending)
 
 pnb_status pnb_shadow_write(pnb_shadow *s, const char *path, double lift)
 {
+    if (!path)
+        return status_missing(s->context, "path");
     static const struct {
         const char *ending;
         pnb_status (*write)(const struct pnb_shadow *, double lift, struct buffer *);
@@ -211,7 +213,7 @@ pnb_status pnb_shadow_write(pnb_shadow *s, const char *path, double lift)
                                s->view.plane_count);
         struct buffer file;
         buffer_init(s->context, &file);
-        pnb_status status = writers[i].write(s, lift < 0 ? s->lift : lift, &file);
+        pnb_status status = writers[i].write(s, lift >= 0 ? lift : s->lift, &file);
         if (!status && file.failed)
             status = status_no_memory(s->context, file.size);
         if (!status)
