@@ -24,9 +24,11 @@
 #include "planar/inside.h"
 
 #include <math.h>
+#include <string.h>
 
 #define STARTERS_MAX   64
 #define BEND_DEPTH_MAX 40
+#define HINT_REACH     8
 
 static inline int64_t side(const struct sweep_edge *e, struct planar_point p)
 {
@@ -78,9 +80,23 @@ static void find_range(struct planar_workspace *w, struct planar_point p, uint32
     const struct sweep_edge *work = w->work;
     size_t n = w->status_count;
     size_t first, last;
-    if (ends != PLANAR_NONE && work[ends].hint < n && status[work[ends].hint] == ends &&
-        planar_same(work[ends].r, p)) {
-        first = work[ends].hint;
+    /* An edge that ends here is mostly where it was, or a few places off. */
+    size_t at = n;
+    if (ends != PLANAR_NONE && planar_same(work[ends].r, p)) {
+        size_t hint = work[ends].hint;
+        for (size_t d = 0; d <= HINT_REACH; d++) {
+            if (hint + d < n && status[hint + d] == ends) {
+                at = hint + d;
+                break;
+            }
+            if (d <= hint && hint - d < n && status[hint - d] == ends) {
+                at = hint - d;
+                break;
+            }
+        }
+    }
+    if (at < n) {
+        first = at;
         last = first + 1;
         while (first > 0) {
             int64_t s = side(&work[status[first - 1]], p);
@@ -428,12 +444,7 @@ static void meet(struct planar_workspace *w, struct planar_point p, uint32_t id,
     /* Put the new edges in the place of the old. */
     if (count != ended) {
         size_t tail = w->status_count - hi;
-        if (count > ended)
-            for (size_t i = tail; i-- > 0;)
-                status[lo + count + i] = status[hi + i];
-        else
-            for (size_t i = 0; i < tail; i++)
-                status[lo + count + i] = status[hi + i];
+        memmove(status + lo + count, status + hi, tail * sizeof(*status));
         w->status_count = lo + count + tail;
     }
     for (size_t i = 0; i < count; i++) {
