@@ -109,6 +109,37 @@ static void ceilings_of_built_in_scenes(void **state)
     pnb_context_destroy(context);
 }
 
+static void tolerance_is_kept(void **state)
+{
+    static const char *const scenes[] = {"builtin:two-boxes", "builtin:pole", "builtin:knot",
+                                         "builtin:disk"};
+    const double tolerance = 1.0 / 64;
+    pnb_context *context = new_context(0);
+    for (size_t i = 0; i < sizeof(scenes) / sizeof(scenes[0]); i++) {
+        pnb_scene *scene;
+        assert_int_equal(pnb_scene_load(context, scenes[i], &scene), PNB_OK);
+        pnb_light light;
+        pnb_scene_light(scene, 0, &light);
+        struct floor_points f = floor_points(250, 8);
+        solve(context, scene, "exact", 0, NULL, NULL, &light, &f.receivers, f.truth);
+        solve(context, scene, "planar", 0, "tolerance", "0.015625", &light, &f.receivers,
+              f.visibility);
+        size_t off = 0, far_off = 0;
+        for (size_t k = 0; k < f.receivers.count; k++) {
+            double error = fabs(f.visibility[k] - f.truth[k]);
+            off += error > tolerance;
+            far_off += error > 2 * tolerance;
+        }
+        print_message("%s: %zu of %zu points off by more than 1/64, %zu by more than 2/64\n",
+                      scenes[i], off, f.receivers.count, far_off);
+        assert_true(off <= f.receivers.count / 100);
+        assert_true(far_off <= 3); /* on the foot's very edge */
+        floor_free(&f);
+        pnb_scene_destroy(scene);
+    }
+    pnb_context_destroy(context);
+}
+
 /* A scene of a ground plane and a box between two corners, its lid left off if open. */
 static pnb_scene *box_scene(pnb_context *context, vec3 lo, vec3 hi, bool open)
 {
@@ -268,6 +299,7 @@ int main(void)
         cmocka_unit_test(receivers_elsewhere_get_nan),
         cmocka_unit_test(same_bytes_for_every_thread_count),
         cmocka_unit_test(ceilings_of_built_in_scenes),
+        cmocka_unit_test(tolerance_is_kept),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

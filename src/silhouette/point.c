@@ -169,6 +169,11 @@ static bool reserve(pnb_context *context, struct silhouette_outline *out, size_t
 /* Where the line from the sample l through p meets the plane. */
 static void project(vec3 p, vec3 l, double *out)
 {
+    if (isinf(l.z)) {
+        out[0] = p.x;
+        out[1] = p.y;
+        return;
+    }
     double s = 1 / (l.z - p.z);
     out[0] = (p.x * l.z - l.x * p.z) * s;
     out[1] = (p.y * l.z - l.y * p.z) * s;
@@ -383,5 +388,21 @@ pnb_status silhouette_from_points(pnb_context *context, struct silhouette_occlud
     for (size_t k = 0; k < count && ok; k++)
         if (general >> k & 1)
             ok = emit_general(context, o, k, samples[k], &outlines[k]);
+    return ok ? PNB_OK : status_no_memory(context, 0);
+}
+
+pnb_status silhouette_cross_section(pnb_context *context, const struct silhouette_occluder *o,
+                                    double height, struct silhouette_outline *out)
+{
+    if (o->odd_count > 0 || !(o->lowest < height) || !(o->highest > height))
+        return PNB_OK;
+    /* From infinitely far above: the projection is x, y. */
+    vec3 above = v3(0, 0, INFINITY);
+    bool ok = true;
+    for (size_t i = 0; i < o->mesh->triangle_count && ok; i++) {
+        const uint32_t *t = o->mesh->indices + 3 * i;
+        uint32_t v[3] = {o->edges->welded[t[0]], o->edges->welded[t[1]], o->edges->welded[t[2]]};
+        ok = add_cut(context, o, out, above, v, height, 1, 1);
+    }
     return ok ? PNB_OK : status_no_memory(context, 0);
 }

@@ -72,4 +72,11 @@ pnb_status silhouette_from_points(pnb_context *context, struct silhouette_occlud
                                   const vec3 *samples, size_t count,
                                   struct silhouette_outline *outlines);
 
+/* Appends the closed curves along which the mesh cuts the height `height` (> its lowest point),
+ * seen from above: around its inside they wind once, counter-clockwise or all clockwise. Nothing
+ * for meshes that are not closed. */
+pnb_status silhouette_cross_section(pnb_context *context,
+                                    const struct silhouette_occluder *occluder, double height,
+                                    struct silhouette_outline *outline);
+
 #endif
