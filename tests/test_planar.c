@@ -12,6 +12,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include <penumbra/planar.h>
+
 #include "planar/planar.h"
 
 static uint64_t random_state = 88172645463325252u;
@@ -401,6 +403,62 @@ static void careful_way_agrees(void **state)
     end(&f);
 }
 
+/* Through the public door: a square with a square hole and a diamond on top, in doubles. */
+static void the_public_door(void **state)
+{
+    pnb_context *context;
+    pnb_planar *planar;
+    assert_int_equal(pnb_context_create(NULL, &context), PNB_OK);
+    assert_int_equal(pnb_planar_create(context, &planar), PNB_OK);
+    const double points[] = {0,    0,    0,    1,    1,    1,    1,    0,    /* clockwise */
+                             0.25, 0.25, 0.75, 0.25, 0.75, 0.75, 0.25, 0.75, /* the hole */
+                             0.5,  1.5,  1,    1,    0.5,  0.5,  0,    1};
+    uint32_t edges[24];
+    for (uint32_t i = 0; i < 12; i++) {
+        edges[2 * i] = i;
+        edges[2 * i + 1] = i % 4 == 3 ? i - 3 : i + 1;
+    }
+    pnb_planar_desc desc = {.points = points, .point_count = 12, .edges = edges, .edge_count = 12};
+    const double areas[] = {1 - 0.25 + 0.25 + 1.0 / 16, 0.25 - 1.0 / 16};
+    for (int fill = PNB_PLANAR_FILL_NONE; fill <= PNB_PLANAR_FILL_TRAPEZOIDS; fill++) {
+        desc.fill = (pnb_planar_fill)fill;
+        if (pnb_planar_sweep(planar, &desc))
+            fail_msg("%s", pnb_context_error(context));
+        pnb_planar_view view;
+        pnb_planar_get(planar, &view);
+        double area = 0;
+        for (size_t i = 0; i < view.triangle_count; i++) {
+            const double *a = view.points + 2 * view.triangles[3 * i],
+                         *b = view.points + 2 * view.triangles[3 * i + 1],
+                         *c = view.points + 2 * view.triangles[3 * i + 2];
+            area += 0.5 * ((b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]));
+        }
+        for (size_t i = 0; i < view.trapezoid_count; i++) {
+            const pnb_planar_trapezoid *t = &view.trapezoids[i];
+            area += 0.5 * (t->x[1] - t->x[0]) * (t->y1[0] - t->y0[0] + t->y1[1] - t->y0[1]);
+        }
+        assert_true(fabs(area - (fill ? areas[0] : 0)) < 1e-8);
+        for (int level = 1; level <= 2; level++) {
+            const uint32_t *at, *starts;
+            size_t count;
+            assert_int_equal(pnb_planar_chains(planar, level, &at, &starts, &count), PNB_OK);
+            double sum = 0;
+            for (size_t k = 0; k < count; k++)
+                for (uint32_t i = starts[k]; i < starts[k + 1]; i++) {
+                    const double *a = view.points + 2 * at[i];
+                    const double *b =
+                        view.points + 2 * at[i + 1 < starts[k + 1] ? i + 1 : starts[k]];
+                    sum -= 0.5 * (a[0] * b[1] - a[1] * b[0]);
+                }
+            assert_true(fabs(sum - areas[level - 1]) < 1e-8);
+        }
+    }
+    desc.edge_count = 11;
+    assert_int_equal(pnb_planar_sweep(planar, &desc), PNB_ERROR_ARGUMENT);
+    pnb_planar_destroy(planar);
+    pnb_context_destroy(context);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -409,6 +467,7 @@ int main(void)
         cmocka_unit_test(holes_are_kept_and_touching_rings_part),
         cmocka_unit_test(nothing_is_fine),
         cmocka_unit_test(bad_input_is_refused),
+        cmocka_unit_test(the_public_door),
         cmocka_unit_test(careful_way_agrees),
         cmocka_unit_test(soups_agree_with_ray_casting),
         cmocka_unit_test(areas_of_levels_equal_those_of_geos),

@@ -7,6 +7,7 @@
  *   surface.h     the visible surface of each pixel: the receivers of a frame
  *   method.h      methods (what they can do) and solvers (a method at work on a scene)
  *   shadow.h      shadows on planes as geometry, and its files: OBJ, PLY, GLB, SVG, PDF, GeoJSON
+ *   planar.h      the sweep by itself: directed edges to regions by winding number, triangles
  *   image.h       float images, PNG, EXR, PFM, error maps
  *   measure.h     visibility against truth: the error figures
  *
@@ -25,6 +26,7 @@
 #include <penumbra/light.h>
 #include <penumbra/measure.h>
 #include <penumbra/method.h>
+#include <penumbra/planar.h>
 #include <penumbra/scene.h>
 #include <penumbra/shadow.h>
 #include <penumbra/surface.h>
