@@ -19,12 +19,14 @@
 
 struct exact_grid {
     int rows, bins, stride;
+    int fold; /* column k has bit k >> fold in the mask of touched columns */
     float row_shift;
     float scale[EXACT_ROWS_MAX], base[EXACT_ROWS_MAX], place[EXACT_ROWS_MAX];
     int32_t length[EXACT_ROWS_MAX]; /* of the row's part inside, in 1/256 bins: its weight */
     int32_t *weight;                /* [bins]: share of the cell inside the light, in 1/256 */
-    int32_t *inner; /* [bins + 1]: -1 where the border before the cell may be moved */
-    double total;   /* sum of weight x length */
+    int32_t *before; /* [bins + 1]: sum of the weights of the cells before this one */
+    int32_t *inner;  /* [bins + 1]: -1 where the border before the cell may be moved */
+    double total;    /* sum of weight x length */
 };
 
 /* center + (s - 1/2) u + (r - 1/2) v. Suns: directions center + ..., infinitely far. Lines have no
@@ -55,8 +57,9 @@ struct exact_cover {
     /* [stride + 1]: change from row to row of the number of occluders whose border lies left of the
      * light; it adds to column 0. */
     int32_t *left;
-    bool area; /* use the upper halves */
-    int unit;  /* by how much one occluder changes the count: 2 for closed ones, 1 for sheets */
+    uint64_t *touched; /* columns that may hold anything */
+    bool area;         /* use the upper halves */
+    int unit; /* by how much one occluder changes the count: 2 for closed ones, 1 for sheets */
 };
 
 static inline int exact_cell_change(int32_t cell)
@@ -129,8 +132,8 @@ struct exact_kernel {
 const struct exact_kernel *exact_kernel_choose(const char *name);
 extern const struct exact_kernel exact_kernel_c, exact_kernel_avx2, exact_kernel_avx512;
 
-size_t exact_cover_size(const struct exact_grid *grid); /* cells */
-void exact_cover_clear(const struct exact_cover *cover);
+size_t exact_cover_size(const struct exact_grid *grid);  /* cells */
+void exact_cover_clear(const struct exact_cover *cover); /* the touched columns */
 
 /* What an eye sees of the light: e(s, r) = center + (s - 1/2) u + (r - 1/2) v is the vector from
  * the eye to the light. reach: occluders count up to this share of e; 0: without end. */
@@ -201,10 +204,13 @@ struct exact_work {
     uint8_t *state, *cluster_state;
     uint32_t *kept;
     struct exact_edges edges;
-    int unit; /* of the tile's occluders */
-    vec3 (*loose)[3];
+    int unit;           /* of the tile's occluders */
+    vec3 (*loose)[3];   /* relative to the tile's middle */
+    float *loose_frame; /* the same in the tile's frame, blocks of 9 fields */
+    size_t loose_frame_count, loose_frame_capacity;
     size_t loose_count, loose_capacity;
     int32_t *cells, *left;
+    uint64_t touched;
     struct exact_stats stats;
     bool no_memory;
 };

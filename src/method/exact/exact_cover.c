@@ -18,7 +18,14 @@ size_t exact_cover_size(const struct exact_grid *grid)
 
 void exact_cover_clear(const struct exact_cover *cover)
 {
-    memset(cover->cells, 0, exact_cover_size(cover->grid) * sizeof(*cover->cells));
+    const struct exact_grid *grid = cover->grid;
+    size_t size = (size_t)grid->stride << grid->fold, all = exact_cover_size(grid);
+    for (uint64_t bits = *cover->touched; bits; bits &= bits - 1) {
+        size_t first = (size_t)__builtin_ctzll(bits) * size;
+        size_t count = first + size < all ? size : all - first;
+        memset(cover->cells + first, 0, count * sizeof(*cover->cells));
+    }
+    *cover->touched = 0;
     memset(cover->left, 0, EXACT_ROWS_MAX * sizeof(*cover->left));
 }
 
@@ -27,6 +34,7 @@ static void add_crossing(const struct exact_cover *cover, int row, int k, double
 {
     const struct exact_grid *grid = cover->grid;
     int32_t *cell = &cover->cells[k * grid->stride + row];
+    *cover->touched |= 1ull << (k >> grid->fold);
     x = x > 0 ? x : 0;
     x = x < grid->bins ? x : grid->bins;
     *cell = exact_cell_add(*cell, change, (int)((x - k + 2) * 256) - 256);

@@ -21,43 +21,49 @@ static double kernel_resolve(const struct exact_cover *cover)
     /* How far rest is shifted for a change of 0 to 15. */
     const __m512i table =
         _mm512_setr_epi32(cover->unit - 1, 0, 1, 2, 2, 3, 3, 3, 3, 3, 3, 3, 3, 3, 3, 3);
-    const __m512i last = _mm512_set1_epi32(15);
+    const __m512i last_shift = _mm512_set1_epi32(15);
     double total = 0;
     int32_t base[EXACT_ROWS_MAX], left = 0;
     for (int row = 0; row < grid->stride; row++)
         base[row] = left += cover->left[row];
     for (int row = 0; row < grid->rows; row += 16) {
-        const int32_t *cells = cover->cells + row, *weight = grid->weight + row;
-        const int32_t *inner = grid->inner + row;
-        __m512i count = _mm512_srai_epi32(_mm512_slli_epi32(_mm512_loadu_si512(cells), 16), 16);
+        __m512i count = _mm512_loadu_si512(cover->cells + row);
+        count = _mm512_srai_epi32(_mm512_slli_epi32(count, 16), 16);
         count = _mm512_add_epi32(count, _mm512_loadu_si512(base + row));
-        __m512i sum = zero;
+        __m512i sum = zero, done = zero;
         __mmask16 seen = _mm512_cmple_epi32_mask(count, zero);
-        for (int k = 0; k <= grid->bins; k++) {
-            cells += grid->stride;
-            __m512i both = _mm512_loadu_si512(cells);
-            __m512i change = _mm512_srai_epi32(_mm512_slli_epi32(both, 16), 16);
-            __m512i next = _mm512_add_epi32(count, change);
-            __mmask16 seen_next = _mm512_cmple_epi32_mask(next, zero);
-            if (cover->area) {
-                __m512i rest = _mm512_srai_epi32(_mm512_add_epi32(both, half), 16);
-                __mmask16 none = _mm512_testn_epi32_mask(change, change);
-                __mmask16 gap = _mm512_mask_cmpeq_epi32_mask(
-                    _mm512_mask_cmpgt_epi32_mask(none, rest, zero), count, unit);
-                __mmask16 moved = (seen & (none | ~seen_next)) | (seen_next & ~none) | gap;
-                moved = _mm512_mask_test_epi32_mask(moved, rest, _mm512_loadu_si512(inner));
-                __m512i n = _mm512_min_epu32(_mm512_abs_epi32(change), last);
-                __m512i move = _mm512_srav_epi32(rest, _mm512_permutexvar_epi32(n, table));
-                move = _mm512_min_epi32(_mm512_max_epi32(move, low), high);
-                sum = _mm512_mask_add_epi32(sum, moved, sum, move);
+        for (uint64_t bits = *cover->touched; bits; bits &= bits - 1) {
+            int first = __builtin_ctzll(bits) << grid->fold;
+            int last = first + (1 << grid->fold);
+            last = last < grid->bins + 2 ? last : grid->bins + 2;
+            for (int k = first > 0 ? first : 1; k < last; k++) {
+                int at = k * grid->stride + row, cell = at - grid->stride;
+                __m512i both = _mm512_loadu_si512(cover->cells + at);
+                __m512i change = _mm512_srai_epi32(_mm512_slli_epi32(both, 16), 16);
+                __m512i next = _mm512_add_epi32(count, change);
+                __mmask16 seen_next = _mm512_cmple_epi32_mask(next, zero);
+                __m512i here = _mm512_loadu_si512(grid->before + cell);
+                sum = _mm512_mask_add_epi32(sum, seen, sum, _mm512_sub_epi32(here, done));
+                done = here;
+                if (cover->area) {
+                    __m512i rest = _mm512_srai_epi32(_mm512_add_epi32(both, half), 16);
+                    __mmask16 none = _mm512_testn_epi32_mask(change, change);
+                    __mmask16 gap = _mm512_mask_cmpeq_epi32_mask(
+                        _mm512_mask_cmpgt_epi32_mask(none, rest, zero), count, unit);
+                    __mmask16 moved = (seen & (none | ~seen_next)) | (seen_next & ~none) | gap;
+                    moved = _mm512_mask_test_epi32_mask(moved, rest,
+                                                        _mm512_loadu_si512(grid->inner + cell));
+                    __m512i n = _mm512_min_epu32(_mm512_abs_epi32(change), last_shift);
+                    __m512i move = _mm512_srav_epi32(rest, _mm512_permutexvar_epi32(n, table));
+                    move = _mm512_min_epi32(_mm512_max_epi32(move, low), high);
+                    sum = _mm512_mask_add_epi32(sum, moved, sum, move);
+                }
+                count = next;
+                seen = seen_next;
             }
-            if (k < grid->bins)
-                sum = _mm512_mask_add_epi32(sum, seen_next, sum, _mm512_loadu_si512(weight));
-            weight += grid->stride;
-            inner += grid->stride;
-            count = next;
-            seen = seen_next;
         }
+        __m512i whole = _mm512_loadu_si512(grid->before + grid->bins * grid->stride + row);
+        sum = _mm512_mask_add_epi32(sum, seen, sum, _mm512_sub_epi32(whole, done));
         int32_t sums[16];
         _mm512_storeu_si512(sums, sum);
         for (int i = 0; i < 16 && row + i < grid->rows; i++)

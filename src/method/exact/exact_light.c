@@ -126,11 +126,14 @@ static pnb_status grid_init(pnb_context *context, const struct pattern *pattern,
     *grid = (struct exact_grid){.rows = pattern->rows, .bins = pattern->bins};
     grid->stride = grid->rows == 1 ? 1 : (grid->rows + 15) / 16 * 16;
     grid->row_shift = (float)pattern->shift;
+    while ((grid->bins + 1) >> grid->fold > 63)
+        grid->fold++;
     size_t size = exact_cover_size(grid);
     grid->weight = memory_calloc(context, size, sizeof(*grid->weight));
     grid->inner = memory_calloc(context, size, sizeof(*grid->inner));
     double *cuts = memory_alloc(context, shape->vertex_count + 2, sizeof(*cuts));
-    if (!grid->weight || !grid->inner || !cuts) {
+    grid->before = memory_calloc(context, size, sizeof(*grid->before));
+    if (!grid->weight || !grid->inner || !grid->before || !cuts) {
         memory_free(context, cuts);
         return status_no_memory(context, size * 2 * sizeof(*grid->weight));
     }
@@ -143,6 +146,8 @@ static pnb_status grid_init(pnb_context *context, const struct pattern *pattern,
         weigh_row(grid, j, cuts, row_pieces(shape, r, cuts), area);
     }
     memory_free(context, cuts);
+    for (int i = 0; i < grid->bins * grid->stride; i++)
+        grid->before[i + grid->stride] = grid->before[i] + grid->weight[i];
     for (int i = 0; i < grid->bins; i++)
         for (int j = 0; j < grid->rows; j++)
             grid->total += (double)grid->weight[i * grid->stride + j] * grid->length[j];
@@ -271,5 +276,6 @@ void exact_light_finish(pnb_context *context, struct exact_light *light)
 {
     memory_free(context, light->grid.weight);
     memory_free(context, light->grid.inner);
-    light->grid.weight = light->grid.inner = NULL;
+    memory_free(context, light->grid.before);
+    light->grid.weight = light->grid.inner = light->grid.before = NULL;
 }

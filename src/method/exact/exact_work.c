@@ -35,6 +35,7 @@ void exact_work_finish(struct exact_work *work)
     memory_free(work->context, work->edges.fixed);
     memory_free(work->context, work->edges.open);
     memory_free(work->context, work->loose);
+    memory_free(work->context, work->loose_frame);
     memory_free(work->context, work->cells);
     memory_free(work->context, work->left);
 }
