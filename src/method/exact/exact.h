@@ -57,7 +57,7 @@ struct exact_cover {
     /* [stride + 1]: change from row to row of the number of occluders whose border lies left of the
      * light; it adds to column 0. */
     int32_t *left;
-    uint64_t *touched; /* columns that may hold anything */
+    uint32_t *touched; /* columns that may hold anything */
     bool area;         /* use the upper halves */
     int unit; /* by how much one occluder changes the count: 2 for closed ones, 1 for sheets */
 };
@@ -210,7 +210,7 @@ struct exact_work {
     size_t loose_frame_count, loose_frame_capacity;
     size_t loose_count, loose_capacity;
     int32_t *cells, *left;
-    uint64_t touched;
+    uint32_t touched;
     struct exact_stats stats;
     bool no_memory;
 };

@@ -20,8 +20,8 @@ void exact_cover_clear(const struct exact_cover *cover)
 {
     const struct exact_grid *grid = cover->grid;
     size_t size = (size_t)grid->stride << grid->fold, all = exact_cover_size(grid);
-    for (uint64_t bits = *cover->touched; bits; bits &= bits - 1) {
-        size_t first = (size_t)__builtin_ctzll(bits) * size;
+    for (uint32_t bits = *cover->touched; bits; bits &= bits - 1) {
+        size_t first = (size_t)__builtin_ctz(bits) * size;
         size_t count = first + size < all ? size : all - first;
         memset(cover->cells + first, 0, count * sizeof(*cover->cells));
     }
@@ -34,7 +34,7 @@ static void add_crossing(const struct exact_cover *cover, int row, int k, double
 {
     const struct exact_grid *grid = cover->grid;
     int32_t *cell = &cover->cells[k * grid->stride + row];
-    *cover->touched |= 1ull << (k >> grid->fold);
+    *cover->touched |= 1u << (k >> grid->fold);
     x = x > 0 ? x : 0;
     x = x < grid->bins ? x : grid->bins;
     *cell = exact_cell_add(*cell, change, (int)((x - k + 2) * 256) - 256);

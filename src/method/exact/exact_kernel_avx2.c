@@ -6,4 +6,5 @@
 #define lanes_of(mask) ((unsigned)_mm256_movemask_ps((__m256)(mask)))
 #define clamp(x, high)                                                                             \
     ((vf)_mm256_min_ps(_mm256_max_ps((__m256)(x), _mm256_setzero_ps()), _mm256_set1_ps(high)))
+#define gather_floats(from, at) ((vf)_mm256_i32gather_ps(from, (__m256i)(at), 4))
 #include "method/exact/exact_kernel.inc"

@@ -10,6 +10,8 @@
 #define clamp(x, high)                                                                             \
     ((vf)_mm512_min_ps(_mm512_max_ps((__m512)(x), _mm512_setzero_ps()), _mm512_set1_ps(high)))
 
+#define gather_floats(from, at) ((vf)_mm512_i32gather_ps((__m512i)(at), from, 4))
+
 /* exact_cover_resolve() for 16 rows at once, with masks instead of selections. */
 #define HAVE_RESOLVE
 static double kernel_resolve(const struct exact_cover *cover)
@@ -32,8 +34,8 @@ static double kernel_resolve(const struct exact_cover *cover)
         count = _mm512_add_epi32(count, _mm512_loadu_si512(base + row));
         __m512i sum = zero, done = zero;
         __mmask16 seen = _mm512_cmple_epi32_mask(count, zero);
-        for (uint64_t bits = *cover->touched; bits; bits &= bits - 1) {
-            int first = __builtin_ctzll(bits) << grid->fold;
+        for (uint32_t bits = *cover->touched; bits; bits &= bits - 1) {
+            int first = __builtin_ctz(bits) << grid->fold;
             int last = first + (1 << grid->fold);
             last = last < grid->bins + 2 ? last : grid->bins + 2;
             for (int k = first > 0 ? first : 1; k < last; k++) {

@@ -126,7 +126,7 @@ static pnb_status grid_init(pnb_context *context, const struct pattern *pattern,
     *grid = (struct exact_grid){.rows = pattern->rows, .bins = pattern->bins};
     grid->stride = grid->rows == 1 ? 1 : (grid->rows + 15) / 16 * 16;
     grid->row_shift = (float)pattern->shift;
-    while ((grid->bins + 1) >> grid->fold > 63)
+    while ((grid->bins + 1) >> grid->fold > 31)
         grid->fold++;
     size_t size = exact_cover_size(grid);
     grid->weight = memory_calloc(context, size, sizeof(*grid->weight));
