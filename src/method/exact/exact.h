@@ -27,6 +27,7 @@ struct exact_grid {
     int32_t *before; /* [bins + 1]: sum of the weights of the cells before this one */
     int32_t *inner;  /* [bins + 1]: -1 where the border before the cell may be moved */
     double total;    /* sum of weight x length */
+    bool even;       /* all weights are 256 */
 };
 
 /* center + (s - 1/2) u + (r - 1/2) v. Suns: directions center + ..., infinitely far. Lines have no
@@ -60,7 +61,30 @@ struct exact_cover {
     uint32_t *touched; /* columns that may hold anything */
     bool area;         /* use the upper halves */
     int unit; /* by how much one occluder changes the count: 2 for closed ones, 1 for sheets */
+    /* Not NULL: no cells but a bit per sample, [stride] words; see exact_mask.inc. */
+    uint32_t *hidden;
 };
+
+/* The crossings of one receiver's edges with the rows, for exact_mask.inc. */
+struct exact_hit {
+    float x, y, slope;
+    int32_t begin, end; /* rows */
+    int32_t flip;       /* -1: what lies on the right loses an occluder */
+};
+
+struct exact_hits {
+    struct exact_hit *hits;
+    /* [vector of rows][capacity]: its hits that change the count by two from the front, those that
+     * change it by one from the back. */
+    uint32_t *list;
+    size_t capacity;
+    uint32_t count, twos[EXACT_ROWS_MAX / 4], ones[EXACT_ROWS_MAX / 4];
+    uint32_t weight; /* sum of the changes' sizes */
+};
+
+/* Rows have at most this many samples and a tile this many edges for the masks to be used. */
+#define EXACT_MASK_BINS  32
+#define EXACT_MASK_EDGES 2000
 
 static inline int exact_cell_change(int32_t cell)
 {
@@ -211,6 +235,9 @@ struct exact_work {
     size_t loose_count, loose_capacity;
     int32_t *cells, *left;
     uint32_t touched;
+    bool masks; /* this tile's samples are bits */
+    uint32_t *hidden;
+    struct exact_hits hits;
     struct exact_stats stats;
     bool no_memory;
 };

@@ -7,4 +7,7 @@
 #define clamp(x, high)                                                                             \
     ((vf)_mm256_min_ps(_mm256_max_ps((__m256)(x), _mm256_setzero_ps()), _mm256_set1_ps(high)))
 #define gather_floats(from, at) ((vf)_mm256_i32gather_ps(from, (__m256i)(at), 4))
+#define HAVE_MASK
+#define shift_ones(by) ((vi)_mm256_sllv_epi32(_mm256_set1_epi32(-1), (__m256i)(by)))
+#define any_bit(x)     (!_mm256_testz_si256((__m256i)(x), (__m256i)(x)))
 #include "method/exact/exact_kernel.inc"

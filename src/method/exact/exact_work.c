@@ -20,9 +20,11 @@ bool exact_work_prepare(struct exact_work *work, const struct exact_grid *grid)
     memory_free(work->context, work->left);
     work->cells = memory_calloc(work->context, exact_cover_size(grid), sizeof(*work->cells));
     work->left = memory_calloc(work->context, EXACT_ROWS_MAX, sizeof(*work->left));
+    memory_free(work->context, work->hidden);
+    work->hidden = memory_calloc(work->context, EXACT_ROWS_MAX, sizeof(*work->hidden));
     memset(&work->stats, 0, sizeof(work->stats));
     work->no_memory = false;
-    return work->cells && work->left;
+    return work->cells && work->left && work->hidden;
 }
 
 void exact_work_finish(struct exact_work *work)
@@ -38,4 +40,7 @@ void exact_work_finish(struct exact_work *work)
     memory_free(work->context, work->loose_frame);
     memory_free(work->context, work->cells);
     memory_free(work->context, work->left);
+    memory_free(work->context, work->hidden);
+    memory_free(work->context, work->hits.hits);
+    memory_free(work->context, work->hits.list);
 }
