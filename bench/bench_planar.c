@@ -7,6 +7,7 @@
  *   rings     all K silhouettes, outlines, and all winding levels of the K outlines together
  *   fill      triangles of all faces and the exchange of diagonals, ours over our rings
  *   area      largest relative difference of a level's area to Clipper's
+ * --steady measures how a moving light moves the shadow, see steadiness().
  * Silhouettes are part of both sides' time. Clipper gets closed loops linked from the same edges.
  */
 #define _GNU_SOURCE
@@ -279,6 +280,81 @@ static double level_area(const struct shadow_part *part, int level)
     return sum;
 }
 
+/* --steady: the light moves a little a hundred times; how far a method's change at a point differs
+ * from the truth's own, worst point and step. */
+static void steadiness(void)
+{
+    enum { side = 64, steps = 100, points = side * side };
+    static const char *const scenes[] = {"builtin:two-boxes", "builtin:knot", "builtin:pole"};
+    static const struct {
+        const char *name;
+        int samples;
+        pnb_solver_param param;
+    } modes[] = {
+        {"rings, K=3", 3, {"mend", "even"}},
+        {"rings, K=16", 16, {"mend", "even"}},
+        {"exact vertices, K=16", 16, {"intensity", "exact"}},
+        {"tolerance 1/64", 0, {"tolerance", "0.015625"}},
+    };
+    enum { mode_count = sizeof(modes) / sizeof(modes[0]) };
+    static float positions[3 * points], normals[3 * points];
+    static float truth[2][points], seen[mode_count][2][points];
+    for (int i = 0; i < points; i++) {
+        positions[3 * i] = (float)(4 * (2 * (i % side + 0.5) / side - 1));
+        positions[3 * i + 2] = (float)(4 * (2 * (i / side + 0.5) / side - 1));
+        normals[3 * i + 1] = 1;
+    }
+    pnb_receivers receivers = {.count = points, .positions = positions, .normals = normals};
+    printf("%-18s %-22s %s\n", "scene", "mode", "worst jump beyond the truth's own, mean of steps");
+    for (size_t n = 0; n < sizeof(scenes) / sizeof(scenes[0]); n++) {
+        pnb_context *context;
+        pnb_scene *scene;
+        pnb_solver *exact, *solvers[mode_count];
+        double worst[mode_count] = {0}, mean[mode_count] = {0};
+        if (pnb_context_create(NULL, &context))
+            return;
+        if (pnb_scene_load(context, scenes[n], &scene) ||
+            pnb_solver_create(context, scene, &(pnb_solver_desc){.method = "exact"}, &exact))
+            die(context);
+        for (int m = 0; m < mode_count; m++) {
+            pnb_solver_desc desc = {.method = "planar",
+                                    .samples = modes[m].samples,
+                                    .params = &modes[m].param,
+                                    .param_count = 1};
+            if (pnb_solver_create(context, scene, &desc, &solvers[m]))
+                die(context);
+        }
+        for (int step = 0; step <= steps; step++) {
+            pnb_light light;
+            pnb_scene_light(scene, 0, &light);
+            light.shape.rectangle.center[0] += 0.3 * step / steps;
+            light.shape.rectangle.center[2] += 0.1 * step / steps;
+            int now = step & 1, old = !now;
+            if (pnb_solver_visibility(exact, &light, &receivers, truth[now]))
+                die(context);
+            for (int m = 0; m < mode_count; m++) {
+                if (pnb_solver_visibility(solvers[m], &light, &receivers, seen[m][now]))
+                    die(context);
+                double jump = 0;
+                for (int i = 0; i < points && step > 0; i++)
+                    if (!isnan(seen[m][now][i]))
+                        jump = fmax(jump, fabs(seen[m][now][i] - seen[m][old][i] -
+                                               (truth[now][i] - truth[old][i])));
+                worst[m] = fmax(worst[m], jump);
+                mean[m] += jump / steps;
+            }
+        }
+        for (int m = 0; m < mode_count; m++) {
+            printf("%-18s %-22s %.3f %.3f\n", scenes[n], modes[m].name, worst[m], mean[m]);
+            pnb_solver_destroy(solvers[m]);
+        }
+        fflush(stdout);
+        pnb_solver_destroy(exact);
+        pnb_scene_destroy(scene);
+        pnb_context_destroy(context);
+    }
+}
+
 int main(int argc, char **argv)
 {
     static const struct {
@@ -290,9 +366,13 @@ int main(int argc, char **argv)
         {"blob", BLOB, 100, 50},     {"blob-50k", BLOB, 316, 158},
     };
     static const int counts[] = {1, 3, 8, 16};
+    if (argc > 1 && strcmp(argv[1], "--steady") == 0) {
+        steadiness();
+        return 0;
+    }
     bool json = argc > 1 && strcmp(argv[1], "--json") == 0;
     if (argc > 1 && !json) {
-        printf("usage: penumbra bench planar [--json]\n");
+        printf("usage: penumbra bench planar [--json | --steady]\n");
         return strcmp(argv[1], "--help") ? 2 : 0;
     }
     if (json)

@@ -25,6 +25,9 @@
 
 #include "geom/tolerance.h"
 
+/* Vertices nearer to the plane than this share of the mesh's size lie on it. */
+#define ON_PLANE 1e-7
+
 vec3 silhouette_to_plane(const struct silhouette_plane *plane, vec3 p)
 {
     vec3 d = v3_sub(p, plane->origin);
@@ -97,6 +100,14 @@ pnb_status silhouette_occluder_init(pnb_context *context, struct mesh *mesh,
         lo = v3_min(lo, p);
         hi = v3_max(hi, p);
     }
+    /* What stands on the plane shall stand on it: heights are floats' and a placement's rounding.
+     */
+    double level = ON_PLANE * v3_length(v3_sub(hi, lo));
+    for (size_t i = 0; i < n; i++)
+        if (fabs(o->h[i]) < level)
+            o->h[i] = 0;
+    if (fabs(lo.z) < level)
+        lo.z = 0;
     o->lowest = lo.z;
     o->highest = hi.z;
     vec3 middle = n > 0 ? v3_scale(v3_add(lo, hi), 0.5) : v3(0, 0, 0);
@@ -169,7 +180,7 @@ static bool reserve(pnb_context *context, struct silhouette_outline *out, size_t
 /* Where the line from the sample l through p meets the plane. */
 static void project(vec3 p, vec3 l, double *out)
 {
-    if (isinf(l.z)) {
+    if (isinf(l.z) || p.z == 0) { /* on the plane: the same for every sample, to the last bit */
         out[0] = p.x;
         out[1] = p.y;
         return;
