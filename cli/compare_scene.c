@@ -205,8 +205,10 @@ static void keep_report(struct compare_entry *entry, const pnb_solver_report *re
         add_text(&entry->warnings, &entry->warning_count, report->warnings[i]);
     size_t used = 0;
     for (size_t i = 0; i < report->counter_count && used + 1 < sizeof(entry->counters); i++) {
-        int n = snprintf(entry->counters + used, sizeof(entry->counters) - used, "%s%s %.10g",
-                         i ? ", " : "", report->counters[i].name, report->counters[i].value);
+        double value = report->counters[i].value;
+        int n = snprintf(entry->counters + used, sizeof(entry->counters) - used,
+                         value == floor(value) ? "%s%s %.15g" : "%s%s %.4g", i ? ", " : "",
+                         report->counters[i].name, value);
         used = used + (size_t)n < sizeof(entry->counters) ? used + (size_t)n
                                                           : sizeof(entry->counters) - 1;
     }

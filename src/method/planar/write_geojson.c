@@ -136,7 +136,7 @@ static pnb_status contour(const struct pnb_shadow *s, double level, struct outli
         if (ok)
             steps[count++] = step;
     }
-    if (ok)
+    if (ok && count > 0)
         qsort(steps, count, sizeof(*steps), by_from);
     for (size_t i = 0; i < count && ok; i++) {
         struct step key = {.from = steps[i].to};
