@@ -49,5 +49,8 @@ void method_list_any_receivers(char *text, size_t size);
 extern const struct method method_exact;
 extern const struct method method_reference;
 extern const struct method method_planar;
+extern const struct method method_line_map;
+extern const struct method method_sampled_maps;
+extern const struct method method_hard_map;
 
 #endif

@@ -9,6 +9,9 @@ static const struct method *const methods[] = {
     &method_reference,
     &method_exact,
     &method_planar,
+    &method_line_map,
+    &method_sampled_maps,
+    &method_hard_map,
 };
 
 static const char default_method[] = "reference";

@@ -2,7 +2,7 @@
  *
  * Everything is made by rule, in metres, Y up, with a ground at y = 0; the same scene on every run.
  * All occluders are closed, consistently oriented meshes but for the leaves, which are open quads.
- * The recipes stand in builtin_papers.c and builtin_nasty.c. */
+ * The recipes stand in builtin_papers.c, builtin_lines.c and builtin_nasty.c. */
 #include "scene/builtin.h"
 
 #include <stdio.h>
@@ -108,6 +108,21 @@ static const struct builtin table[] = {
      0.4,
      0,
      {160, 10}},
+    {{"jack-tube", "the jack-in-the-box under a tube", LINES ", figure 10"},
+     builtin_jack,
+     0.7,
+     0,
+     {160, 10, 1}},
+    {{"slanted-tube", "a ball, a box and a hoop under a tube that slants", ""},
+     builtin_slanted_tube,
+     0.8,
+     2.5,
+     {0}},
+    {{"tube-inside", "a standing tube with posts and balls all around", ""},
+     builtin_tube_inside,
+     0.5,
+     0.9,
+     {7}},
     {{"two-boxes", "two boxes whose shadows overlap", PLANAR}, builtin_two_boxes, 0.5, 0, {0}},
     {{"pole", "a pole standing on the ground", PLANAR}, builtin_pole, 0.5, 0, {16}},
     {{"fence", "a picket fence: 2,474 triangles with the ground", ""},
@@ -268,6 +283,15 @@ void stage_light(struct stage *stage, const pnb_light *light)
 {
     if (stage->status == PNB_OK)
         stage->status = pnb_scene_add_light(stage->scene, light, NULL);
+}
+
+void stage_line(struct stage *stage, vec3 from, vec3 to, vec3 color)
+{
+    pnb_light light = {.type = PNB_LIGHT_LINE};
+    v3_store(light.color, color);
+    v3_store(light.shape.line.from, from);
+    v3_store(light.shape.line.to, to);
+    stage_light(stage, &light);
 }
 
 void stage_rectangle(struct stage *stage, vec3 center, vec3 target, double half_u, double half_v,

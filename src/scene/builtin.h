@@ -43,6 +43,7 @@ void stage_placement(double scale, double turn_x, double turn_y, vec3 shift, dou
 void stage_rectangle(struct stage *stage, vec3 center, vec3 target, double half_u, double half_v,
                      vec3 color);
 void stage_disk(struct stage *stage, vec3 center, vec3 target, double radius, vec3 color);
+void stage_line(struct stage *stage, vec3 from, vec3 to, vec3 color);
 void stage_light(struct stage *stage, const pnb_light *light);
 
 /* The recipes. */
@@ -54,6 +55,8 @@ void builtin_spheres(struct stage *stage, const struct builtin *row);
 void builtin_blocker(struct stage *stage, const struct builtin *row);
 void builtin_triangle_light(struct stage *stage, const struct builtin *row);
 void builtin_jack(struct stage *stage, const struct builtin *row);
+void builtin_slanted_tube(struct stage *stage, const struct builtin *row);
+void builtin_tube_inside(struct stage *stage, const struct builtin *row);
 void builtin_two_boxes(struct stage *stage, const struct builtin *row);
 void builtin_pole(struct stage *stage, const struct builtin *row);
 void builtin_fence(struct stage *stage, const struct builtin *row);

@@ -1,0 +1,68 @@
+/* method/line_map/line_map.h: the room's own structures. */
+#ifndef METHOD_LINE_MAP_LINE_MAP_H
+#define METHOD_LINE_MAP_LINE_MAP_H
+
+#include "light/light.h"
+#include "map/map.h"
+#include "method/method.h"
+
+struct line_map {
+    struct map_geometry *geometry;
+    int size; /* a map has size x size texels */
+    int rows, columns;
+    bool automatic; /* samples=auto */
+    bool linear;    /* transition=linear: the paper's Gouraud shading; else its equation 1 */
+    bool nearest;   /* overlap=nearest: the paper's depth buffer; else the least share */
+    bool own_edges; /* edges=both */
+    double target;
+    double threshold; /* metres; 0: LINE_MAP_STEP texels */
+    double bias;      /* texels */
+    /* What the last call took, for the benchmark: counters of the report. */
+    double map_ms, skin_ms, look_up_ms;
+    double maps, skins, texels, estimate;
+};
+
+/* Visibility channels: the share of the segment that a point seen by one of its two samples sees,
+ * if a skin lies before it. */
+#define LINE_MAP_SHARE_ONE 65534
+#define LINE_MAP_NO_SKIN   65535
+
+/* The piece of the light between two samples that are next to one another. */
+struct line_map_segment {
+    size_t left, right;               /* maps of the set */
+    uint16_t *from_left, *from_right; /* rows x columns: channel of the left map and of the right */
+    bool settled;                     /* samples=auto: needs no further samples */
+};
+
+/* One linear light with its maps and channels. */
+struct line_map_light {
+    struct line_map *method;
+    pnb_context *context;
+    struct map_set *set;
+    struct line_map_segment *segments; /* in order along the line */
+    size_t segment_count, segment_capacity;
+};
+
+/* skins.c: fills the channels of the segments [begin, end). Adds to method->skins and texels. */
+pnb_status line_map_warp(struct line_map_light *light, size_t begin, size_t end);
+
+/* light.c */
+pnb_status line_map_light_create(struct line_map *method, vec3 from, vec3 to, size_t samples,
+                                 struct line_map_light **out_light);
+void line_map_light_destroy(struct line_map_light *light);
+/* Puts a sample in the middle of each segment that is not settled. */
+pnb_status line_map_light_split(struct line_map_light *light);
+/* The share of the light that the receiver sees. shares: the same for each segment, or NULL. */
+double line_map_look_up(const struct line_map_light *light, const float position[3],
+                        const float normal[3], float *shares);
+/* Plain shadow mapping with the same maps, for the benchmark: the share of samples that see the
+ * receiver. */
+double line_map_look_up_plain(const struct line_map_light *light, const float position[3],
+                              const float normal[3]);
+
+/* auto.c: adds samples until splitting once more changes the visibility of the receivers by less
+ * than the target (root mean square over the penumbra). */
+pnb_status line_map_refine(struct line_map_light *light, const pnb_receivers *receivers,
+                           size_t most_samples, double *out_estimate);
+
+#endif

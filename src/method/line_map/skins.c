@@ -1,0 +1,299 @@
+/* method/line_map/skins.c: depth discontinuities, the skins that hang from them, and the visibility
+ * channels that they are drawn into (the paper's section 3.2).
+ *
+ * Rows of all maps are the same half-planes, so a skin, the polygon between an occluder's texel and
+ * the receiver's texel beside it, stays in its row when it is warped: from u_i at the occluder's
+ * q_o to u_i at the receiver's q_r in map i it becomes
+ *
+ *     u_j = u_i + (s_i - s_j) q,   q from q_o to q_r                      in map j
+ *
+ * and its depth there is q_skin(u) = (u - u_i) / (s_i - s_j). Texels of map j whose surface lies
+ * behind it (q_p < q_skin) do not see sample i: the penumbra. Skins are drawn with their front
+ * alone, that is where the occluder is on the side away from j; the backs bound nothing that j
+ * sees.
+ *
+ * Transition. A surface at (u_p, q_p) behind the edge (u_o, q_o), both in map j, sees the light
+ * from s_j to s*, where s* - s_j = (u_o - u_p) / (q_o - q_p): the paper's equation 1 (x1 = t x2 /
+ * ((n - m) x2 + s)) in these coordinates, exact for any receiver. The paper shades linearly between
+ * the skin's ends instead: (u_p - u_o) / (u_r - u_o), the same where light and receiver are
+ * parallel.
+ *
+ * Thick occluders. From below a box the light ends at its lower edge, which the other sample may
+ * not see, but this one does. So edges of map j's own discontinuities are drawn into its channel as
+ * well, as if sample i saw them (edges=both; edges=other: the paper's, without).
+ *
+ * Overlapping skins. The light that p sees from s_j on ends at the nearest s*, so the least share
+ * stays (overlap=least); the paper's depth buffer keeps the skin nearest to sample j.
+ *
+ * Discontinuities. A 3x3 Laplacian of Gaussian (1 2 1; 2 -12 2; 1 2 1) / 16 of q: q is linear
+ * across flat surfaces, so slanted floors give nothing. A pair of texels in a row is an edge where
+ * the response is a quarter step or more at one of them and the step between the two, less the
+ * surface's own slope on its flatter side, is more than the threshold in metres of r.
+ *
+ * Parallel over rows. Cost: about 1 ns a texel for the filter, 1 ns a texel of skin.
+ */
+#include <string.h>
+
+#include "method/line_map/line_map.h"
+
+#define STEP_TEXELS 2.0  /* automatic threshold: a step of so many texels' width */
+#define SLACK       1.5f /* texels by which skins overlap what they border on */
+
+/* Loops over texels are built for wide vectors as well, chosen at load time. Same results: no
+ * contraction, and every operation is rounded alike. */
+#if defined(__x86_64__) && defined(__GLIBC__) && !defined(__SANITIZE_ADDRESS__)
+#define LINE_MAP_WIDE __attribute__((target_clones("avx512f", "avx2", "default")))
+#else
+#define LINE_MAP_WIDE
+#endif
+
+struct edge {
+    float u, near_q, far_q;
+    bool near_left; /* the occluder lies at smaller u */
+};
+
+struct warp_worker {
+    float *response;       /* columns */
+    uint8_t *mark;         /* columns + 16 */
+    float *surface;        /* columns: the nearest of casters and others */
+    float *depth;          /* columns: overlap=nearest */
+    struct edge *edges[2]; /* columns each */
+    uint64_t skins, texels;
+    char padding[64];
+};
+
+struct warp_job {
+    struct line_map_light *light;
+    size_t begin, end;
+    struct warp_worker *workers;
+};
+
+/* The least difference of q that is a step down from q, as a share of q. */
+struct step {
+    float fixed, metres;
+};
+
+static inline float least_step(struct step step, float q)
+{
+    return q * (step.fixed + step.metres * q / (1 + step.metres * q));
+}
+
+LINE_MAP_WIDE static void filter_row(const float *restrict above, const float *restrict row,
+                                     const float *restrict below, int columns, struct step step,
+                                     float *restrict response, uint8_t *restrict mark)
+{
+    for (int c = 1; c + 1 < columns; c++) {
+        float corners = above[c - 1] + above[c + 1] + below[c - 1] + below[c + 1];
+        float sides = above[c] + below[c] + row[c - 1] + row[c + 1];
+        response[c] = (corners + 2 * sides - 12 * row[c]) * (1.0f / 16);
+    }
+    response[0] = columns > 2 ? response[1] : row[columns - 1] - row[0];
+    response[columns - 1] = columns > 2 ? response[columns - 2] : response[0];
+    for (int c = 0; c < columns; c++)
+        mark[c] = fabsf(response[c]) > 0.25f * least_step(step, row[c]);
+}
+
+static size_t find_edges(const struct warp_job *job, const struct map *map, int row,
+                         struct warp_worker *worker, struct edge *edges)
+{
+    const struct map_set *set = job->light->set;
+    const int columns = set->columns;
+    const double threshold = job->light->method->threshold;
+    float texels = (float)STEP_TEXELS * fmaxf((float)set->phi_step, 1 / map->scale);
+    struct step step = {texels / (1 + texels), 0};
+    if (threshold > 0)
+        step = (struct step){0, (float)threshold};
+    int up = map_row_above(set, row), down = map_row_below(set, row);
+    const float *q = map->q + (size_t)row * (size_t)columns;
+    filter_row(map->q + (size_t)up * (size_t)columns, q, map->q + (size_t)down * (size_t)columns,
+               columns, step, worker->response, worker->mark);
+    size_t count = 0;
+    for (int c = 0; c + 1 < columns; c++) {
+        uint64_t eight[2];
+        memcpy(&eight[0], worker->mark + c, 8);
+        memcpy(&eight[1], worker->mark + c + 1, 8);
+        if (!(eight[0] | eight[1])) {
+            c += 7;
+            continue;
+        }
+        float a = q[c], b = q[c + 1], near = fmaxf(a, b), least = least_step(step, near);
+        float most = fmaxf(fabsf(worker->response[c]), fabsf(worker->response[c + 1]));
+        if (!(most > 0.25f * least))
+            continue;
+        float before = c > 0 ? fabsf(a - q[c - 1]) : 0;
+        float after = c + 2 < columns ? fabsf(q[c + 2] - b) : 0;
+        if (fabsf(a - b) - fminf(before, after) > least)
+            edges[count++] =
+                (struct edge){0.5f * (map->u[c] + map->u[c + 1]), near, fminf(a, b), a > b};
+    }
+    return count;
+}
+
+/* One skin in the map that it is warped into. */
+struct skin {
+    float u, near_u, far_u;       /* the line through the edge; where its ends appear */
+    float near_q, inverse, slack; /* inverse: 1 / (s_i - s_j) */
+};
+
+LINE_MAP_WIDE static void draw_rational(const struct skin *skin, const float *restrict u,
+                                        const float *restrict surface, int first, int last,
+                                        uint16_t *restrict share)
+{
+    const float line_u = skin->u, near_u = skin->near_u, near_q = skin->near_q;
+    const float inverse = skin->inverse, slack = skin->slack;
+    for (int c = first; c < last; c++) {
+        float q = surface[c], behind = (u[c] - line_u) * inverse + slack;
+        float seen = (near_u - u[c]) / (near_q - q) * inverse;
+        seen = seen > 0 ? seen : 0;
+        seen = seen < 1 ? seen : 1;
+        int32_t value = (int32_t)(seen * LINE_MAP_SHARE_ONE + 0.5f);
+        value = q < behind && q < near_q ? value : LINE_MAP_NO_SKIN;
+        int32_t old = share[c];
+        share[c] = (uint16_t)(value < old ? value : old);
+    }
+}
+
+/* The paper's choices, one or both of them. */
+static void draw_other(const struct line_map *method, const struct skin *skin, const float *u,
+                       const float *surface, int first, int last, float *depth, uint16_t *share)
+{
+    float across = 1 / (skin->far_u - skin->near_u);
+    for (int c = first; c < last; c++) {
+        float q = surface[c], line = (u[c] - skin->u) * skin->inverse;
+        if (!(q < line + skin->slack) || !(q < skin->near_q))
+            continue;
+        float seen = (u[c] - skin->near_u) * across;
+        if (!method->linear)
+            seen = (skin->near_u - u[c]) / (skin->near_q - q) * skin->inverse;
+        seen = fminf(fmaxf(seen, 0), 1);
+        uint16_t value = (uint16_t)(seen * LINE_MAP_SHARE_ONE + 0.5f);
+        if (method->nearest && line > depth[c]) {
+            depth[c] = line;
+            share[c] = value;
+        } else if (!method->nearest && value < share[c]) {
+            share[c] = value;
+        }
+    }
+}
+
+/* Draws edges into the channel of map `into`: those of map `from`, or its own as if from saw them.
+ */
+static void draw_skins(const struct warp_job *job, const struct map *from, const struct map *into,
+                       const struct edge *edges, size_t count, bool own, uint16_t *share,
+                       struct warp_worker *worker)
+{
+    const struct map_set *set = job->light->set;
+    const struct line_map *method = job->light->method;
+    const int columns = set->columns;
+    float shift = (float)(from->at - into->at);
+    bool front_left = into->at > from->at;
+    for (size_t e = 0; e < count; e++) {
+        if (edges[e].near_left != front_left)
+            continue;
+        struct skin skin = {.u = edges[e].u, .near_q = edges[e].near_q, .inverse = 1 / shift};
+        float far_q = edges[e].far_q;
+        if (own) {
+            skin.u -= shift * skin.near_q;
+            far_q *= 0.5f; /* what the ray from the other sample meets is not known */
+        }
+        skin.near_u = skin.u + shift * skin.near_q;
+        skin.far_u = skin.u + shift * far_q;
+        skin.slack = fabsf(skin.inverse) / into->scale * SLACK;
+        float low = map_spread(set, fminf(skin.near_u, skin.far_u));
+        float high = map_spread(set, fmaxf(skin.near_u, skin.far_u));
+        low = (low - into->low) * into->scale - SLACK;
+        high = (high - into->low) * into->scale + SLACK;
+        if (!(high > 0) || !(low < (float)columns))
+            continue;
+        int first = low > 0 ? (int)low : 0, last = high < (float)columns ? (int)high : columns;
+        worker->skins++;
+        worker->texels += (uint64_t)(last - first);
+        if (method->linear || method->nearest)
+            draw_other(method, &skin, into->u, worker->surface, first, last, worker->depth, share);
+        else
+            draw_rational(&skin, into->u, worker->surface, first, last, share);
+    }
+}
+
+/* The channel of map `into` towards map `from`, one row. */
+static void draw_row(const struct warp_job *job, const struct map *from, const struct map *into,
+                     const struct edge *from_edges, size_t from_count,
+                     const struct edge *into_edges, size_t into_count, size_t row,
+                     uint16_t *channel, struct warp_worker *worker)
+{
+    const struct line_map *method = job->light->method;
+    size_t columns = (size_t)job->light->set->columns, at = row * columns;
+    memset(channel + at, 0xff, columns * sizeof(*channel));
+    if (from_count + into_count == 0)
+        return;
+    memcpy(worker->surface, into->q + at, columns * sizeof(float));
+    for (size_t c = 0; c < columns && into->passive; c++)
+        worker->surface[c] = fmaxf(worker->surface[c], into->passive[at + c]);
+    if (method->nearest)
+        memset(worker->depth, 0, columns * sizeof(float));
+    draw_skins(job, from, into, from_edges, from_count, false, channel + at, worker);
+    if (method->own_edges)
+        draw_skins(job, from, into, into_edges, into_count, true, channel + at, worker);
+}
+
+static void warp_body(void *user, size_t begin, size_t end, int index)
+{
+    const struct warp_job *job = user;
+    const struct map_set *set = job->light->set;
+    struct warp_worker *worker = &job->workers[index];
+    for (size_t row = begin; row < end; row++) {
+        size_t held = (size_t)-1, left_count = 0; /* edges[0] are those of map `held` */
+        for (size_t k = job->begin; k < job->end; k++) {
+            const struct line_map_segment *segment = &job->light->segments[k];
+            const struct map *left = &set->maps[segment->left];
+            const struct map *right = &set->maps[segment->right];
+            struct edge *ours = worker->edges[0], *theirs = worker->edges[1];
+            if (held != segment->left)
+                left_count = find_edges(job, left, (int)row, worker, ours);
+            size_t right_count = find_edges(job, right, (int)row, worker, theirs);
+            draw_row(job, left, right, ours, left_count, theirs, right_count, row,
+                     segment->from_right, worker);
+            draw_row(job, right, left, theirs, right_count, ours, left_count, row,
+                     segment->from_left, worker);
+            worker->edges[0] = theirs;
+            worker->edges[1] = ours;
+            held = segment->right;
+            left_count = right_count;
+        }
+    }
+}
+
+pnb_status line_map_warp(struct line_map_light *light, size_t begin, size_t end)
+{
+    pnb_context *context = light->context;
+    size_t workers = (size_t)pnb_context_threads(context), columns = (size_t)light->set->columns;
+    struct warp_job job = {light, begin, end,
+                           memory_calloc(context, workers, sizeof(struct warp_worker))};
+    bool whole = job.workers != NULL;
+    for (size_t w = 0; w < workers && whole; w++) {
+        struct warp_worker *worker = &job.workers[w];
+        worker->response = memory_alloc(context, columns, sizeof(float));
+        worker->mark = memory_calloc(context, columns + 16, 1);
+        worker->surface = memory_alloc(context, columns, sizeof(float));
+        worker->depth = memory_alloc(context, columns, sizeof(float));
+        for (int k = 0; k < 2; k++)
+            worker->edges[k] = memory_alloc(context, columns, sizeof(struct edge));
+        whole = worker->response && worker->mark && worker->surface && worker->depth &&
+                worker->edges[0] && worker->edges[1];
+    }
+    if (whole)
+        parallel_for(context, (size_t)light->set->rows, 8, warp_body, &job);
+    for (size_t w = 0; w < workers && job.workers; w++) {
+        struct warp_worker *worker = &job.workers[w];
+        light->method->skins += (double)worker->skins;
+        light->method->texels += (double)worker->texels;
+        memory_free(context, worker->response);
+        memory_free(context, worker->mark);
+        memory_free(context, worker->surface);
+        memory_free(context, worker->depth);
+        memory_free(context, worker->edges[0]);
+        memory_free(context, worker->edges[1]);
+    }
+    memory_free(context, job.workers);
+    return whole ? PNB_OK : status_no_memory(context, workers * columns * sizeof(struct edge));
+}
