@@ -32,7 +32,9 @@ struct row {
     bool closed;
     double exact_ms, reference_ms, prepare_ms, exact_rmse, reference_rmse, exact_p99;
     double speed, equal_speed;
-    pnb_solver_report report;
+    double values[PNB_COUNTER_MAX];
+    char names[PNB_COUNTER_MAX][32];
+    size_t counter_count;
 };
 
 static void die(pnb_context *context)
@@ -237,8 +239,13 @@ static void measure(pnb_context *context, const struct options *o, const char *n
 
     pnb_solver_report report;
     pnb_solver *solver = make_solver(context, scene, "exact", o->samples);
-    row->exact_ms = frame(context, solver, &light, &receivers, exact, o->runs, &row->report);
-    row->prepare_ms = row->report.prepare_ms;
+    row->exact_ms = frame(context, solver, &light, &receivers, exact, o->runs, &report);
+    row->prepare_ms = report.prepare_ms;
+    row->counter_count = report.counter_count;
+    for (size_t i = 0; i < report.counter_count; i++) {
+        snprintf(row->names[i], sizeof(row->names[i]), "%s", report.counters[i].name);
+        row->values[i] = report.counters[i].value;
+    }
     pnb_solver_destroy(solver);
     solver = make_solver(context, scene, "reference", o->samples);
     row->reference_ms = frame(context, solver, &light, &receivers, traced, 1, &report);
@@ -271,9 +278,9 @@ static void measure(pnb_context *context, const struct options *o, const char *n
 
 static double counter(const struct row *row, const char *name)
 {
-    for (size_t i = 0; i < row->report.counter_count; i++)
-        if (strcmp(row->report.counters[i].name, name) == 0)
-            return row->report.counters[i].value;
+    for (size_t i = 0; i < row->counter_count; i++)
+        if (strcmp(row->names[i], name) == 0)
+            return row->values[i];
     return 0;
 }
 
@@ -290,14 +297,14 @@ static void print_row(const struct options *o, const struct row *row, bool first
             first ? "" : ",", row->scene, row->light, row->triangles, row->exact_ms,
             row->reference_ms, row->prepare_ms, row->exact_rmse, row->exact_p99,
             row->reference_rmse, row->speed, row->equal_speed, counter(row, "lit"),
-            counter(row, "umbra"), counter(row, "sampled"), counter(row, "closed-form"),
-            counter(row, "edges-per-tile"), counter(row, "loose-per-tile"),
-            counter(row, "bytes-per-triangle"));
+            counter(row, "umbra"), counter(row, "sampled"), counter(row, "closed_form"),
+            counter(row, "edges_per_tile"), counter(row, "loose_per_tile"),
+            counter(row, "bytes_per_triangle"));
     } else {
         printf("| %s | %s | %zu | %.1f | %.0f | %.1f | %.1f | %.2f | %.2f | %.1f | %.0f |\n",
                row->scene, row->light, row->triangles, row->exact_ms, row->reference_ms, row->speed,
                row->equal_speed, 1e3 * row->exact_rmse, 1e3 * row->reference_rmse,
-               1e3 * row->exact_p99, counter(row, "edges-per-tile"));
+               1e3 * row->exact_p99, counter(row, "edges_per_tile"));
     }
     fflush(stdout);
 }

@@ -2,8 +2,8 @@
  *
  *   stress-exact [COUNT [FIRST [SAMPLES]]]
  *
- * Fails when more than 0.1 % of the receivers differ by more than two samples in 1,024, or 0.01 % by
- * more than 5 % of the light: a point light that touches an occluder is all or nothing. */
+ * Fails when more than 0.1 % of the receivers differ by more than two samples in 1,024, or 0.01 %
+ * by more than 5 % of the light: a point light that touches an occluder is all or nothing. */
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>

@@ -166,6 +166,19 @@ struct exact_view {
     double reach;
 };
 
+/* Linear in bins x and row j of the grid: base + x step_x + j step_j. */
+struct exact_linear {
+    double base, step_x, step_j;
+};
+
+/* The four inequalities f >= 0 between which a triangle, corners relative to the eye, hides the
+ * light; false: it hides none of the grid. trivial: bits of those that hold everywhere. */
+bool exact_triangle_linear(const struct exact_grid *grid, const struct exact_view *view,
+                           const vec3 corners[3], struct exact_linear f[4], unsigned *trivial);
+/* Where n.e + lift <= 0. */
+bool exact_below_linear(const struct exact_grid *grid, const struct exact_view *view, vec3 n,
+                        double lift, struct exact_linear *f, unsigned *trivial);
+
 /* One triangle, its corners relative to the eye, clipped in homogeneous coordinates: any position.
  * Double precision. False: it covers nothing. */
 bool exact_cover_triangle(const struct exact_cover *cover, const struct exact_view *view,

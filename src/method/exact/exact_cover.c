@@ -72,17 +72,11 @@ static bool add_interval(const struct exact_cover *cover, int row, double low, d
     return true;
 }
 
-/* Linear in bins x and row j: value = base + x step_x + j step_j. */
-struct linear {
-    double base, step_x, step_j;
-};
-
-static struct linear linear_along(const struct exact_cover *cover, const struct exact_view *view,
-                                  vec3 n, double constant)
+static struct exact_linear linear_along(const struct exact_grid *grid,
+                                        const struct exact_view *view, vec3 n, double constant)
 {
-    const struct exact_grid *grid = cover->grid;
     double u = v3_dot(n, view->u), v = v3_dot(n, view->v);
-    struct linear f;
+    struct exact_linear f;
     f.step_x = u / grid->bins;
     f.step_j = v / grid->rows;
     f.base =
@@ -97,7 +91,7 @@ struct region {
 };
 
 /* Does f >= 0 hold anywhere on the grid, or everywhere (nothing to cut)? */
-static bool somewhere(const struct linear *f, const struct exact_grid *grid, bool *everywhere)
+static bool somewhere(const struct exact_linear *f, const struct exact_grid *grid, bool *everywhere)
 {
     double across = f->step_x * grid->bins, along = f->step_j * (grid->rows - 1);
     double least = f->base + (across < 0 ? across : 0) + (along < 0 ? along : 0);
@@ -106,7 +100,7 @@ static bool somewhere(const struct linear *f, const struct exact_grid *grid, boo
     return most >= 0;
 }
 
-static void cut(const struct linear *f, struct region *region)
+static void cut(const struct exact_linear *f, struct region *region)
 {
     if (f->step_x == 0) {
         for (int row = region->begin; row < region->end; row++)
@@ -127,20 +121,17 @@ static void cut(const struct linear *f, struct region *region)
         }
 }
 
-static bool cover_region(const struct exact_cover *cover, const struct linear *f, int count)
+static bool cover_region(const struct exact_cover *cover, const struct exact_linear *f, int count,
+                         unsigned trivial)
 {
     const struct exact_grid *grid = cover->grid;
-    bool everywhere[4];
-    for (int i = 0; i < count; i++)
-        if (!somewhere(&f[i], grid, &everywhere[i]))
-            return false;
     struct region region = {.begin = 0, .end = grid->rows};
     for (int row = 0; row < grid->rows; row++) {
         region.low[row] = -INFINITY;
         region.high[row] = INFINITY;
     }
     for (int i = 0; i < count; i++)
-        if (!everywhere[i])
+        if (!(trivial >> i & 1))
             cut(&f[i], &region);
     bool any = false;
     for (int row = region.begin; row < region.end; row++)
@@ -148,36 +139,56 @@ static bool cover_region(const struct exact_cover *cover, const struct linear *f
     return any;
 }
 
-bool exact_cover_triangle(const struct exact_cover *cover, const struct exact_view *view,
-                          const vec3 q[3])
+bool exact_triangle_linear(const struct exact_grid *grid, const struct exact_view *view,
+                           const vec3 q[3], struct exact_linear f[4], unsigned *trivial)
 {
     vec3 n = v3_cross(v3_sub(q[1], q[0]), v3_sub(q[2], q[0]));
     double height = -v3_dot(q[0], n); /* of the eye over the plane */
     if (!(height != 0) || !isfinite(height))
         return false;
     double side = height > 0 ? -1 : 1;
-    struct linear f[4];
-    if (view->reach > 0)
-        f[3] = linear_along(cover, view, v3_scale(n, side * view->reach), -fabs(height));
-    else
-        f[3] = linear_along(cover, view, v3_scale(n, side), 0);
-    bool everywhere;
-    if (!somewhere(&f[3], cover->grid, &everywhere))
-        return false;
-    for (int i = 0; i < 3; i++) {
-        vec3 m = v3_cross(q[i], q[(i + 1) % 3]);
-        f[i] = linear_along(cover, view, v3_scale(m, side), 0);
-        if (!somewhere(&f[i], cover->grid, &everywhere))
+    *trivial = 0;
+    for (int i = 3; i >= 0; i--) {
+        if (i < 3)
+            f[i] = linear_along(grid, view, v3_scale(v3_cross(q[i], q[(i + 1) % 3]), side), 0);
+        else if (view->reach > 0)
+            f[i] = linear_along(grid, view, v3_scale(n, side * view->reach), -fabs(height));
+        else
+            f[i] = linear_along(grid, view, v3_scale(n, side), 0);
+        bool everywhere;
+        if (!somewhere(&f[i], grid, &everywhere))
             return false;
+        *trivial |= (unsigned)everywhere << i;
     }
-    return cover_region(cover, f, 4);
+    return true;
+}
+
+bool exact_below_linear(const struct exact_grid *grid, const struct exact_view *view, vec3 n,
+                        double lift, struct exact_linear *f, unsigned *trivial)
+{
+    *f = linear_along(grid, view, v3_scale(n, -1), -lift);
+    bool everywhere;
+    bool any = somewhere(f, grid, &everywhere);
+    *trivial = everywhere;
+    return any;
+}
+
+bool exact_cover_triangle(const struct exact_cover *cover, const struct exact_view *view,
+                          const vec3 q[3])
+{
+    struct exact_linear f[4];
+    unsigned trivial;
+    return exact_triangle_linear(cover->grid, view, q, f, &trivial) &&
+           cover_region(cover, f, 4, trivial);
 }
 
 bool exact_cover_below(const struct exact_cover *cover, const struct exact_view *view, vec3 n,
                        double lift)
 {
-    struct linear f = linear_along(cover, view, v3_scale(n, -1), -lift);
-    return cover_region(cover, &f, 1);
+    struct exact_linear f;
+    unsigned trivial;
+    return exact_below_linear(cover->grid, view, n, lift, &f, &trivial) &&
+           cover_region(cover, &f, 1, trivial);
 }
 
 /* How far the crossings between two samples move the visible length, in 1/256 cells. Where
