@@ -91,25 +91,25 @@ static unsigned missing_lights(pnb_scene *scene, const pnb_method_info *method)
     return present & ~method->lights;
 }
 
-static bool has_plane(pnb_scene *scene)
+/* Does the method find a plane to receive on? It says so itself. */
+static bool has_plane(struct cli_session *session, pnb_scene *scene, const pnb_method_info *method)
 {
-    for (size_t i = 0; i < pnb_scene_object_count(scene); i++) {
-        pnb_object object;
-        pnb_scene_object(scene, i, &object);
-        if (object.plane)
-            return true;
-    }
-    return false;
+    pnb_solver *solver;
+    pnb_solver_desc desc = {.method = method->name};
+    if (pnb_solver_create(session->context, scene, &desc, &solver) != PNB_OK)
+        return false;
+    pnb_solver_destroy(solver);
+    return true;
 }
 
 /* "yes", or what stands against it. */
-static void describe_method(pnb_scene *scene, const pnb_method_info *method, char *text,
-                            size_t size)
+static void describe_method(struct cli_session *session, pnb_scene *scene,
+                            const pnb_method_info *method, char *text, size_t size)
 {
     unsigned missing = missing_lights(scene, method);
     if (pnb_scene_light_count(scene) == 0) {
         snprintf(text, size, "no: the scene has no light");
-    } else if (method->receivers == PNB_RECEIVERS_PLANES && !has_plane(scene)) {
+    } else if (method->receivers == PNB_RECEIVERS_PLANES && !has_plane(session, scene, method)) {
         snprintf(text, size, "no: it needs a plane as receiver");
     } else if (missing) {
         size_t used = (size_t)snprintf(text, size, "no: not for a light of type");
@@ -183,7 +183,7 @@ static int print_text(struct cli_session *session, pnb_scene *scene)
 
     printf("\nmethods\n");
     for (size_t i = 0; i < pnb_method_count(); i++) {
-        describe_method(scene, pnb_method(i), text, sizeof(text));
+        describe_method(session, scene, pnb_method(i), text, sizeof(text));
         printf("  %-20s %s\n", pnb_method(i)->name, text);
     }
     return cli_flush();
@@ -312,7 +312,7 @@ static int print_info_json(struct cli_session *session, pnb_scene *scene)
     json_object_set_new(value, "notes", notes);
     for (size_t i = 0; i < pnb_method_count(); i++) {
         char text[400];
-        describe_method(scene, pnb_method(i), text, sizeof(text));
+        describe_method(session, scene, pnb_method(i), text, sizeof(text));
         json_array_append_new(methods,
                               json_pack("{s:s, s:b, s:s}", "name", pnb_method(i)->name, "can",
                                         strncmp(text, "yes", 3) == 0, "answer", text));

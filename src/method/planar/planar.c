@@ -17,7 +17,7 @@ struct lookup {
     const struct shadow_plane *plane;
     const struct shadow_locator *locator;
     const pnb_receivers *receivers;
-    double near; /* how far from the plane a receiver of unknown object may be */
+    double near; /* how far from the plane a receiver may be */
     double weight;
     bool first;
     float *visibility;
@@ -75,8 +75,8 @@ static pnb_status make_planes(pnb_solver *solver, vec3 towards)
     size_t object = 0;
     pnb_status status = PNB_OK;
     if (!all || !shadow_next_receiver(scene, &object)) {
+        status = shadow_find_receiver(context, scene, all ? "" : name, towards, &object);
         all = false;
-        status = shadow_find_receiver(context, scene, all ? "" : name, &object);
     }
     while (!status) {
         status =
@@ -154,9 +154,11 @@ static void lookup_body(void *user, size_t begin, size_t end, int worker)
             continue;
         double facing = v3_dot(n, plane->frame.n);
         vec3 q = silhouette_to_plane(&plane->frame, p);
+        if (fabs(q.z) > job->near || fabs(facing) < 0.999)
+            continue;
         if (r->objects ? r->objects[i] != plane->object
-                       : fabs(q.z) > job->near || fabs(facing) < 0.9999 || q.x < plane->lo[0] ||
-                             q.x > plane->hi[0] || q.y < plane->lo[1] || q.y > plane->hi[1])
+                       : q.x < plane->lo[0] || q.x > plane->hi[0] || q.y < plane->lo[1] ||
+                             q.y > plane->hi[1])
             continue;
         /* The other side of the plane sees nothing of the light. */
         double shadow = facing > 0 ? shadow_at(job->locator, q.x, q.y, &hint) : 1;

@@ -8,53 +8,94 @@
 #define DOMAIN_MARGIN 0.25
 /* An object is flat when its points leave a plane by no more than this share of its size. */
 #define FLAT 1e-5
+/* A face of an object that is not flat must be this share of its surface to receive. */
+#define FACE_SHARE 0.1
 
 struct flat_object {
     vec3 center, normal; /* unit */
-    vec3 along;          /* longest edge of its largest triangle: axis u */
-    double area;
+    vec3 along;          /* an edge of its largest triangle: axis u */
+    double area, size;
     bool flat;
 };
 
-static struct flat_object examine(const pnb_scene *scene, size_t object)
+static void triangle_points(const pnb_object *info, const struct mesh *mesh, size_t triangle,
+                            vec3 *out)
+{
+    for (int k = 0; k < 3; k++)
+        out[k] = m34_point(
+            info->world_from_mesh,
+            v3_loadf(mesh->positions + 3 * (size_t)mesh->indices[3 * triangle + (size_t)k]));
+}
+
+static bool in_plane(const struct flat_object *f, const vec3 *p)
+{
+    for (int k = 0; k < 3; k++)
+        if (fabs(v3_dot(v3_sub(p[k], f->center), f->normal)) > FLAT * f->size)
+            return false;
+    return true;
+}
+
+/* The plane that an object receives on: all of it, or, of a slab, the largest face that looks
+ * towards the light with nothing of the object above it. */
+static struct flat_object examine(const pnb_scene *scene, size_t object, vec3 towards)
 {
     const pnb_object *info = &scene->objects[object].info;
     const struct mesh *mesh = &scene->meshes[info->mesh];
+    double turned = m34_det(info->world_from_mesh) < 0 ? -1 : 1;
     struct flat_object f = {0};
-    vec3 lo = v3(INFINITY, INFINITY, INFINITY), hi = v3_scale(lo, -1), on = {0};
-    double largest = 0;
+    vec3 lo = v3(INFINITY, INFINITY, INFINITY), hi = v3_scale(lo, -1), p[3];
     for (size_t i = 0; i < mesh->triangle_count; i++) {
-        vec3 p[3];
+        triangle_points(info, mesh, i, p);
         for (int k = 0; k < 3; k++) {
-            p[k] = m34_point(info->world_from_mesh,
-                             v3_loadf(mesh->positions + 3 * (size_t)mesh->indices[3 * i + k]));
             lo = v3_min(lo, p[k]);
             hi = v3_max(hi, p[k]);
         }
-        vec3 n = v3_cross(v3_sub(p[1], p[0]), v3_sub(p[2], p[0]));
-        double area = 0.5 * v3_length(n);
-        f.area += area;
-        if (area > largest) {
+    }
+    f.size = mesh->triangle_count > 0 ? v3_length(v3_sub(hi, lo)) : 0;
+    /* First the largest triangle of all, then the largest that looks at the light. */
+    for (int pass = 0; pass < 2 && !f.flat; pass++) {
+        double largest = 0;
+        for (size_t i = 0; i < mesh->triangle_count; i++) {
+            triangle_points(info, mesh, i, p);
+            vec3 n = v3_scale(v3_cross(v3_sub(p[1], p[0]), v3_sub(p[2], p[0])), turned);
+            double area = 0.5 * v3_length(n);
+            if (area <= largest || (pass == 1 && v3_dot(n, v3_sub(towards, p[0])) <= 0))
+                continue;
             largest = area;
             f.normal = v3_normalize(n);
-            /* The triangle's edges at a right angle, if any, suit best; the longest is the diagonal
-             * of a rectangle. */
+            /* Of a rectangle's triangle the longest edge is the diagonal; a leg suits better. */
             vec3 a = v3_sub(p[1], p[0]), b = v3_sub(p[2], p[1]), c = v3_sub(p[0], p[2]);
             f.along = fabs(v3_dot(a, b)) < fabs(v3_dot(b, c)) ? a : b;
-            on = p[0];
+            f.center = p[0];
         }
+        if (largest == 0)
+            return f;
+        double above = 0, below = 0, whole = 0;
+        f.area = 0;
+        lo = v3(INFINITY, INFINITY, INFINITY);
+        hi = v3_scale(lo, -1);
+        for (size_t i = 0; i < mesh->triangle_count; i++) {
+            triangle_points(info, mesh, i, p);
+            for (int k = 0; k < 3; k++) {
+                double h = v3_dot(v3_sub(p[k], f.center), f.normal);
+                above = fmax(above, h);
+                below = fmax(below, -h);
+            }
+            double area = 0.5 * v3_length(v3_cross(v3_sub(p[1], p[0]), v3_sub(p[2], p[0])));
+            whole += area;
+            if (!in_plane(&f, p))
+                continue;
+            f.area += area;
+            for (int k = 0; k < 3; k++) {
+                lo = v3_min(lo, p[k]);
+                hi = v3_max(hi, p[k]);
+            }
+        }
+        f.flat = above <= FLAT * f.size &&
+                 (pass == 1 ? f.area >= FACE_SHARE * whole : below <= FLAT * f.size);
     }
-    if (largest == 0)
-        return f;
-    f.center = v3_scale(v3_add(lo, hi), 0.5);
-    f.center = v3_mad(f.center, f.normal, v3_dot(v3_sub(on, f.center), f.normal));
-    double size = v3_length(v3_sub(hi, lo)), off = 0;
-    for (size_t i = 0; i < 3 * mesh->triangle_count; i++) {
-        vec3 p = m34_point(info->world_from_mesh,
-                           v3_loadf(mesh->positions + 3 * (size_t)mesh->indices[i]));
-        off = fmax(off, fabs(v3_dot(v3_sub(p, on), f.normal)));
-    }
-    f.flat = off <= FLAT * size;
+    vec3 middle = v3_scale(v3_add(lo, hi), 0.5);
+    f.center = v3_mad(middle, f.normal, v3_dot(v3_sub(f.center, middle), f.normal));
     return f;
 }
 
@@ -70,7 +111,7 @@ bool shadow_next_receiver(const pnb_scene *scene, size_t *io_object)
 }
 
 pnb_status shadow_find_receiver(pnb_context *context, const pnb_scene *scene, const char *name,
-                                size_t *out_object)
+                                vec3 towards, size_t *out_object)
 {
     if (name && *name) {
         for (size_t i = 0; i < scene->object_count; i++) {
@@ -85,12 +126,12 @@ pnb_status shadow_find_receiver(pnb_context *context, const pnb_scene *scene, co
     }
     double best = 0;
     for (int pass = 0; pass < 2 && best == 0; pass++) {
-        /* Planes; if there is none, any object that happens to be flat. */
+        /* Planes; if there is none, any object that is flat, or has a face that will do. */
         for (size_t i = 0; i < scene->object_count; i++) {
             const pnb_object *info = &scene->objects[i].info;
             if (!info->receives || (pass == 0 && !info->plane))
                 continue;
-            struct flat_object f = examine(scene, i);
+            struct flat_object f = examine(scene, i, towards);
             if (f.flat && f.area > best) {
                 best = f.area;
                 *out_object = i;
@@ -120,7 +161,7 @@ pnb_status shadow_plane_init(pnb_context *context, pnb_scene *scene, size_t obje
                              struct shadow_plane *plane)
 {
     *plane = (struct shadow_plane){.object = object};
-    struct flat_object f = examine(scene, object);
+    struct flat_object f = examine(scene, object, towards);
     const pnb_object *receiver = &scene->objects[object].info;
     if (!f.flat) {
         char able[256];
@@ -138,14 +179,16 @@ pnb_status shadow_plane_init(pnb_context *context, pnb_scene *scene, size_t obje
     const struct mesh *mesh = &scene->meshes[receiver->mesh];
     plane->lo[0] = plane->lo[1] = INFINITY;
     plane->hi[0] = plane->hi[1] = -INFINITY;
-    for (size_t i = 0; i < 3 * mesh->triangle_count; i++) {
-        vec3 p = silhouette_to_plane(
-            frame, m34_point(receiver->world_from_mesh,
-                             v3_loadf(mesh->positions + 3 * (size_t)mesh->indices[i])));
-        plane->lo[0] = fmin(plane->lo[0], p.x);
-        plane->lo[1] = fmin(plane->lo[1], p.y);
-        plane->hi[0] = fmax(plane->hi[0], p.x);
-        plane->hi[1] = fmax(plane->hi[1], p.y);
+    for (size_t i = 0; i < mesh->triangle_count; i++) {
+        vec3 corner[3];
+        triangle_points(receiver, mesh, i, corner);
+        for (int k = 0; k < 3 && in_plane(&f, corner); k++) {
+            vec3 p = silhouette_to_plane(frame, corner[k]);
+            plane->lo[0] = fmin(plane->lo[0], p.x);
+            plane->lo[1] = fmin(plane->lo[1], p.y);
+            plane->hi[0] = fmax(plane->hi[0], p.x);
+            plane->hi[1] = fmax(plane->hi[1], p.y);
+        }
     }
     double half = 0.5 * fmax(plane->hi[0] - plane->lo[0], plane->hi[1] - plane->lo[1]);
     plane->center[0] = 0.5 * (plane->lo[0] + plane->hi[0]);

@@ -85,14 +85,15 @@ void shadow_builder_finish(struct shadow_builder *builder);
 /* The scene has changed: what the truth keeps of it is stale. */
 pnb_status shadow_builder_update(struct shadow_builder *builder, pnb_update update);
 
-/* object: flat, else PNB_ERROR_UNSUPPORTED. towards: a world point (the light's middle) on the side
- * that is to be lit. */
+/* object: flat, or with a flat face that looks towards the light and has nothing of it above, else
+ * PNB_ERROR_UNSUPPORTED. towards: a world point (the light's middle) on the side that is to be lit.
+ */
 pnb_status shadow_plane_init(pnb_context *context, pnb_scene *scene, size_t object, vec3 towards,
                              struct shadow_plane *plane);
 void shadow_plane_finish(pnb_context *context, struct shadow_plane *plane);
 /* The object named by receiver=, or the largest plane ("" or NULL). */
 pnb_status shadow_find_receiver(pnb_context *context, const pnb_scene *scene, const char *name,
-                                size_t *out_object);
+                                vec3 towards, size_t *out_object);
 /* The other planes of "all": those that were given as planes and receive. Next after object; false:
  * none. */
 bool shadow_next_receiver(const pnb_scene *scene, size_t *io_object);
