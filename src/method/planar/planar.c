@@ -295,7 +295,7 @@ const struct method method_planar = {
     .info =
         {
             .name = "planar",
-            .title = "Planar shadow geometry",
+            .title = "planar shadow geometry",
             .paper = "Boehl, Stuerzlinger: Real-Time Computation of Area Shadows - A Geometrical "
                      "Algorithm, 2006",
             .summary =
