@@ -66,25 +66,23 @@ struct exact_cover {
 };
 
 /* The crossings of one receiver's edges with the rows, for exact_mask.inc. */
-struct exact_hit {
-    float x, y, slope;
-    int32_t begin, end; /* rows */
-    int32_t flip;       /* -1: what lies on the right loses an occluder */
-};
+enum { HIT_X, HIT_Y, HIT_SLOPE, HIT_BEGIN, HIT_END, HIT_FLIP, HIT_FIELDS };
 
 struct exact_hits {
-    struct exact_hit *hits;
-    /* [vector of rows][capacity]: its hits that change the count by two from the front, those that
-     * change it by one from the back. */
+    /* [field][capacity], 4 bytes each: row j is crossed at x + (j - y) slope, for begin <= j < end;
+     * flip is -1 where what lies on the right loses an occluder. */
+    float *fields;
+    /* [vector of rows][2][capacity]: its hits that change the count by one, by two. */
     uint32_t *list;
     size_t capacity;
-    uint32_t count, twos[EXACT_ROWS_MAX / 4], ones[EXACT_ROWS_MAX / 4];
-    uint32_t weight; /* sum of the changes' sizes */
+    uint32_t count, listed[EXACT_ROWS_MAX / 4][2];
+    uint32_t crossings; /* hits, and edges that lie left of the light */
 };
 
-/* Rows have at most this many samples and a tile this many edges for the masks to be used. */
+/* Rows have at most this many samples and a tile this many edges for the masks to be used: many
+ * edges are short ones, which are faster counted. */
 #define EXACT_MASK_BINS  32
-#define EXACT_MASK_EDGES 2000
+#define EXACT_MASK_EDGES 1000
 
 static inline int exact_cell_change(int32_t cell)
 {

@@ -78,5 +78,6 @@ static double kernel_resolve(const struct exact_cover *cover)
 #define HAVE_MASK
 #define shift_ones(by) ((vi)_mm512_sllv_epi32(_mm512_set1_epi32(-1), (__m512i)(by)))
 #define any_bit(x)     (_mm512_test_epi32_mask((__m512i)(x), (__m512i)(x)) != 0)
+#define HAVE_NOTE_HITS
 
 #include "method/exact/exact_kernel.inc"

@@ -41,6 +41,6 @@ void exact_work_finish(struct exact_work *work)
     memory_free(work->context, work->cells);
     memory_free(work->context, work->left);
     memory_free(work->context, work->hidden);
-    memory_free(work->context, work->hits.hits);
+    memory_free(work->context, work->hits.fields);
     memory_free(work->context, work->hits.list);
 }
