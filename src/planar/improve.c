@@ -17,6 +17,7 @@
  *
  * DELAUNAY: Lawson's rule, which ends in the constrained Delaunay triangulation.
  *
+ * Faces named by avoid_above and avoid_below (umbra and outside) are even: there only avoid counts.
  * avoid (the leaks at crossings on the innermost and the outermost ring): a diagonal that ends at
  * such a point gives way where it can, so that only the triangle between the point's two neighbours
  * on the ring is left to interpolate.
@@ -46,6 +47,7 @@ static bool better(const struct planar_point *p, const struct planar_improve *ho
         bool old = how->avoid[q.a] || how->avoid[q.b], new = how->avoid[q.c] || how->avoid[q.d];
         if (old != new)
             return old;
+        return false; /* even faces: their shape does not matter */
     }
     switch (how->rule) {
     case PLANAR_RULE_SWEEP: return false;
@@ -96,9 +98,15 @@ size_t planar_improve(struct planar_workspace *w, const struct planar_result *re
     }
     for (size_t i = 0; i < halves; i++)
         w->queued[i] = 0;
-    for (uint32_t i = 0; i < halves; i++)
-        if (t[i / 3].near[i % 3] > i)
-            push(w, i);
+    for (uint32_t i = 0; i < halves; i++) {
+        const struct planar_triangle *x = &t[i / 3];
+        if (x->near[i % 3] <= i || x->near[i % 3] == PLANAR_NONE)
+            continue;
+        if (how->avoid && (x->level >= how->avoid_above || x->level <= how->avoid_below) &&
+            !how->avoid[x->v[i % 3]] && !how->avoid[x->v[(i + 1) % 3]])
+            continue;
+        push(w, i);
+    }
     /* Both rules end; the bound is against surprises. */
     size_t bound = 100 * halves + 10000;
     while (w->stack_count > 0 && exchanged < bound) {
