@@ -117,6 +117,19 @@ static int solve_light(struct render *render, size_t index, const pnb_receivers 
     return CLI_GO_ON;
 }
 
+/* A light that the method cannot do is found before the first one's work. */
+static int check_lights(struct render *render, const pnb_method_info *method)
+{
+    for (size_t i = 0; i < render->light_count; i++) {
+        pnb_light light;
+        pnb_scene_light(render->scene, i, &light);
+        if (!(method->lights & PNB_LIGHT_BIT(light.type)) &&
+            pnb_solver_visibility(render->solver, &light, &(pnb_receivers){0}, NULL) != PNB_OK)
+            return cli_session_fail(&render->session);
+    }
+    return CLI_GO_ON;
+}
+
 static int solve(struct render *render)
 {
     const struct cli_options *options = render->options;
@@ -128,7 +141,7 @@ static int solve(struct render *render)
 
     const pnb_method_info *method =
         pnb_method_find(options->method ? options->method : pnb_default_method());
-    if (options->samples && method && !method->samples)
+    if (options->samples && !method->samples)
         cli_session_warn(&render->session, "--samples: this method does not sample the light");
 
     pnb_solver_desc desc = {.method = options->method,
@@ -144,7 +157,7 @@ static int solve(struct render *render)
     render->lights = calloc(render->light_count + 1, sizeof(*render->lights));
     if (!render->lights)
         return cli_error("memory", "none left");
-    int result = CLI_GO_ON;
+    int result = check_lights(render, method);
     for (size_t i = 0; i < render->light_count && result == CLI_GO_ON; i++)
         result = solve_light(render, i, &receivers);
     return result;
@@ -168,14 +181,14 @@ static int shade(struct render *render)
     return status == PNB_OK ? CLI_GO_ON : cli_session_fail(&render->session);
 }
 
-static pnb_status write_exr(struct render *render)
+static int write_exr(struct render *render)
 {
     const pnb_surface_view *view = &render->view;
     const struct light_result *lights = render->lights;
     size_t most = 11 + render->light_count, count = 0;
     pnb_channel *channels = calloc(most, sizeof(*channels));
     char(*names)[32] = calloc(render->light_count + 1, sizeof(*names));
-    pnb_status status = PNB_ERROR_MEMORY;
+    int result;
     if (channels && names) {
         channels[count++] = (pnb_channel){"R", render->rgb, 3};
         channels[count++] = (pnb_channel){"G", render->rgb + 1, 3};
@@ -194,12 +207,16 @@ static pnb_status write_exr(struct render *render)
             snprintf(names[i], sizeof(names[i]), "visibility.%zu", i);
             channels[count++] = (pnb_channel){names[i], lights[i].visibility, 1};
         }
-        status = pnb_image_write_exr(render->session.context, render->output, view->width,
-                                     view->height, channels, count);
+        result = pnb_image_write_exr(render->session.context, render->output, view->width,
+                                     view->height, channels, count) == PNB_OK
+                     ? CLI_GO_ON
+                     : cli_session_fail(&render->session);
+    } else {
+        result = cli_error("memory", "none left");
     }
     free(channels);
     free(names);
-    return status;
+    return result;
 }
 
 static pnb_status write_visibility(struct render *render, const char *path)
@@ -213,16 +230,24 @@ static pnb_status write_visibility(struct render *render, const char *path)
     return pnb_image_write(context, path, &image);
 }
 
+static int write_picture(struct render *render)
+{
+    pnb_image picture = {render->view.width, render->view.height, 3, render->rgb};
+    if (cli_has_ending(render->output, ".exr"))
+        return write_exr(render);
+    return pnb_image_write(render->session.context, render->output, &picture) == PNB_OK
+               ? CLI_GO_ON
+               : cli_session_fail(&render->session);
+}
+
 static int write_files(struct render *render)
 {
     const struct cli_options *options = render->options;
-    pnb_image picture = {options->width, options->height, 3, render->rgb};
-    pnb_status status = cli_has_ending(render->output, ".exr")
-                            ? write_exr(render)
-                            : pnb_image_write(render->session.context, render->output, &picture);
-    for (size_t i = 0; i < options->visibility_count && status == PNB_OK; i++)
-        status = write_visibility(render, options->visibilities[i]);
-    return status == PNB_OK ? CLI_GO_ON : cli_session_fail(&render->session);
+    int result = write_picture(render);
+    for (size_t i = 0; i < options->visibility_count && result == CLI_GO_ON; i++)
+        if (write_visibility(render, options->visibilities[i]) != PNB_OK)
+            result = cli_session_fail(&render->session);
+    return result;
 }
 
 static int print_json(struct render *render)

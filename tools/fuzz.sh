@@ -8,7 +8,8 @@ build=${1:-build-fuzz}
 command -v clang >/dev/null 2>&1 || { echo "fuzz: this needs clang (apt-get install clang)" >&2; exit 1; }
 [ -f "$build/build.ninja" ] || CC=clang CXX=clang++ meson setup "$build" -Dfuzzers=true \
     --buildtype=debugoptimized -Db_sanitize=address,undefined -Db_lundef=false
-ninja -C "$build" $(for corpus in tests/fuzz/corpus/*/; do echo "tests/fuzz/fuzz-$(basename "$corpus")"; done)
+targets=$(for corpus in tests/fuzz/corpus/*/; do echo "tests/fuzz/fuzz-$(basename "$corpus")"; done)
+ninja -C "$build" penumbra-import $targets
 export LSAN_OPTIONS="suppressions=$PWD/tests/lsan.supp:print_suppressions=0"
 export ASAN_OPTIONS="allocator_may_return_null=1"
 for corpus in tests/fuzz/corpus/*/; do

@@ -254,7 +254,8 @@ pnb_status planar_snap(pnb_context *context, const struct planar_input *in,
         }
         if (status)
             break;
-        qsort(chain, count, sizeof(*chain), compare_along);
+        if (count > 0)
+            qsort(chain, count, sizeof(*chain), compare_along);
         status = planar_input_reserve(context, out, 0, count);
         for (size_t j = 0; j + 1 < count && !status; j++)
             out->segments[out->segment_count++] =

@@ -49,13 +49,14 @@ const char *planar_validate(const struct planar_result *r, const struct planar_o
 
     struct box *boxes = malloc((r->edge_count + 1) * sizeof(*boxes));
     size_t *active = malloc((r->edge_count + 1) * sizeof(*active)), active_count = 0;
-    const char *wrong = NULL;
-    for (size_t i = 0; i < r->edge_count; i++) {
+    const char *wrong = boxes && active ? NULL : "no memory is left to look";
+    for (size_t i = 0; i < r->edge_count && !wrong; i++) {
         struct planar_point a = p[r->edges[i].left], b = p[r->edges[i].right];
         boxes[i] =
             (struct box){&r->edges[i], a.x, b.x, a.y < b.y ? a.y : b.y, a.y < b.y ? b.y : a.y};
     }
-    qsort(boxes, r->edge_count, sizeof(*boxes), compare_boxes);
+    if (!wrong)
+        qsort(boxes, r->edge_count, sizeof(*boxes), compare_boxes);
     for (size_t i = 0; i < r->edge_count && !wrong; i++) {
         size_t kept = 0;
         for (size_t j = 0; j < active_count; j++) {
