@@ -98,6 +98,12 @@ typedef enum pnb_update {
     PNB_UPDATE_VERTICES        /* meshes deformed: pnb_scene_set_vertices() */
 } pnb_update;
 
+/* Tells the solver what changed in the scene. Lights and receivers are arguments of a frame: moving
+ * them needs no update. What it costs is the method's: `exact` keeps meshes in their own space, so
+ * placements are O(objects), vertices a refit, O(triangles of all meshes), and a rebuild of the
+ * meshes whose vertices at one position came apart; `reference` builds its hierarchy anew for
+ * both. Added objects or meshes want a new solver. */
+
 PNB_API pnb_status pnb_solver_update(pnb_solver *solver, pnb_update update);
 
 /* Visibility of the light at each receiver: the share of the light's area that the point sees, in

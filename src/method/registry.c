@@ -14,7 +14,7 @@ static const struct method *const methods[] = {
     &method_hard_map,
 };
 
-static const char default_method[] = "reference";
+static const char default_method[] = "exact";
 
 size_t pnb_method_count(void)
 {
