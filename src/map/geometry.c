@@ -148,10 +148,11 @@ pnb_status map_geometry_create(pnb_scene *scene, struct map_geometry **out_geome
     struct map_geometry *g = memory_calloc(context, 1, sizeof(*g));
     struct piece *pieces = memory_calloc(context, scene->object_count, sizeof(*pieces));
     pnb_status status = PNB_OK;
+    if (g)
+        g->context = context;
     if (!g || !pieces) {
         status = status_no_memory(context, scene->object_count * sizeof(*pieces));
     } else {
-        g->context = context;
         g->lift = scene_receiver_lift(scene);
         status = gather(scene, g, pieces);
         if (status == PNB_OK)
