@@ -10,12 +10,15 @@
 #define FLAT 1e-5
 /* A face of an object that is not flat must be this share of its surface to receive. */
 #define FACE_SHARE 0.1
+/* A slab is no thicker than this share of its size. */
+#define SLAB 0.1
 
 struct flat_object {
     vec3 center, normal; /* unit */
     vec3 along;          /* an edge of its largest triangle: axis u */
     double area, size;
     bool flat;
+    bool slab; /* or thin, at least: such objects are taken without being named */
 };
 
 static void triangle_points(const pnb_object *info, const struct mesh *mesh, size_t triangle,
@@ -93,6 +96,7 @@ static struct flat_object examine(const pnb_scene *scene, size_t object, vec3 to
         }
         f.flat = above <= FLAT * f.size &&
                  (pass == 1 ? f.area >= FACE_SHARE * whole : below <= FLAT * f.size);
+        f.slab = below <= SLAB * f.size;
     }
     vec3 middle = v3_scale(v3_add(lo, hi), 0.5);
     f.center = v3_mad(middle, f.normal, v3_dot(v3_sub(f.center, middle), f.normal));
@@ -132,7 +136,7 @@ pnb_status shadow_find_receiver(pnb_context *context, const pnb_scene *scene, co
             if (!info->receives || (pass == 0 && !info->plane))
                 continue;
             struct flat_object f = examine(scene, i, towards);
-            if (f.flat && f.area > best) {
+            if (f.flat && f.slab && f.area > best) {
                 best = f.area;
                 *out_object = i;
             }
