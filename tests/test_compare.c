@@ -263,17 +263,16 @@ static void write_text(const char *name, const char *text)
     assert_int_equal(fclose(file), 0);
 }
 
-/* A scene without a plane is none for the method planar. With this truth the comparison would take
- * hours: it must be found out before. */
+/* A scene without a plane that receives is none for the method planar. With this truth the
+ * comparison would take hours: it must be found out before. */
 static void methods_that_cannot_are_found_out_first(void **state)
 {
-    write_text("solid.obj", "v 0 1 0\nv 1 0 0\nv 0 0 1\nv -1 0 -1\n"
-                            "f 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n");
-    write_text("round.json", "{\"lights\": [{\"type\": \"point\", \"position\": [1, 4, 1]}],"
-                             " \"objects\": [{\"mesh\": \"solid.obj\"}]}");
+    write_text("bare.json", "{\"lights\": [{\"type\": \"point\", \"position\": [1, 4, 1]}],"
+                            " \"objects\": [{\"plane\": {\"half_size\": 5},"
+                            " \"receives\": false}]}");
     char said[8192];
     int status = run(said, sizeof(said),
-                     "compare round.json --methods reference:64,planar -o out "
+                     "compare bare.json --methods reference:64,planar -o out "
                      "--truth-samples 262144 -s 1600x1200");
     assert_int_equal(status, 1);
     assert_ptr_equal(strstr(said, "penumbra: error: "), said);
@@ -282,17 +281,17 @@ static void methods_that_cannot_are_found_out_first(void **state)
     assert_false(exists("out"));
 
     status = run(said, sizeof(said),
-                 "compare round.json round.json --methods planar -o out --truth-samples 262144");
+                 "compare bare.json bare.json --methods planar -o out --truth-samples 262144");
     assert_int_equal(status, 1);
     assert_non_null(strstr(said, "no method is left"));
     assert_false(exists("out"));
 
     status = run(said, sizeof(said),
-                 "compare round.json '<a&b>.json' --methods planar,reference:16 -o out "
+                 "compare bare.json '<a&b>.json' --methods planar,reference:16 -o out "
                  "--truth-samples 1024 -s 80x60");
     if (status != 0)
         fail_msg("%s", said);
-    assert_non_null(strstr(said, "penumbra: warning: round.json: planar is left out: "));
+    assert_non_null(strstr(said, "penumbra: warning: bare.json: planar is left out: "));
     char *page = read_text("out/index.html");
     assert_non_null(strstr(page, "planar is left out: "));
     free(page);
