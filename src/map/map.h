@@ -57,19 +57,32 @@ struct map {
     float *passive; /* the same for objects that cast no shadow, or NULL if there are none */
 };
 
+/* Angles around the line at which something casts, and their rows. */
+#define MAP_ARCS    32
+#define MAP_SECTORS 4096
+#define MAP_NO_ARC  255
+struct map_arc {
+    double low, range, step; /* low in [0, turn) */
+    int first_row, row_count;
+};
+
 struct map_set {
     const struct map_geometry *geometry;
     pnb_context *context;
     int rows, columns;
     vec3 origin, axis, y, z; /* world */
     double length;           /* of the line */
-    double phi_low, phi_step;
-    bool round; /* rows go all the way around */
-    bool wide;  /* directions are spread unevenly: map_spread() */
-    bool empty; /* nothing casts: everything is seen */
+    struct map_arc *arcs;    /* MAP_ARCS at most, by angle */
+    int arc_count;
+    uint8_t *sector_arc; /* MAP_SECTORS: which arc, MAP_NO_ARC: none */
+    double phi_step;     /* the widest row */
+    bool round;          /* rows go all the way around */
+    bool wide;           /* directions are spread unevenly: map_spread() */
+    bool empty;          /* nothing casts: everything is seen */
     float *row_cos, *row_sin;
-    double near_r; /* nothing nearer to the line counts */
-    double far_q;  /* 1 / r of the scene's farthest corner */
+    int32_t *row_above, *row_below; /* the rows beside a row; itself where there is none */
+    double near_r;                  /* nothing nearer to the line counts */
+    double far_q;                   /* 1 / r of the scene's farthest corner */
     struct map *maps;
     size_t count, capacity;
     bool *floor_open; /* floor_count: all of the line lies on the scene's side */
@@ -106,16 +119,6 @@ static inline float map_spread(const struct map_set *set, float u)
     if (!set->wide || (u <= 1 && u >= -1))
         return u;
     return u > 0 ? 2 - 1 / u : -2 - 1 / u;
-}
-
-/* The rows beside a row; itself where there is none. */
-static inline int map_row_above(const struct map_set *set, int row)
-{
-    return row > 0 ? row - 1 : set->round ? set->rows - 1 : row;
-}
-static inline int map_row_below(const struct map_set *set, int row)
-{
-    return row + 1 < set->rows ? row + 1 : set->round ? 0 : row;
 }
 
 /* A receiver in the set's frame. */

@@ -66,20 +66,20 @@ static double far_q(const struct map_set *set, double s, const struct range *u)
 {
     const struct map_geometry *g = set->geometry;
     double best = set->far_q;
-    for (size_t k = 0; k < g->floor_count && !set->round; k++) {
-        if (!set->floor_open[k])
+    for (size_t k = 0; k < g->floor_count && set->arc_count == 1; k++) {
+        const struct map_arc *arc = &set->arcs[0];
+        if (!set->floor_open[k] || arc->range > M_PI / 2)
             continue;
         vec3 n = g->floors[k].normal;
         double na = v3_dot(n, set->axis), ny = v3_dot(n, set->y), nz = v3_dot(n, set->z);
         double d = g->floors[k].offset - v3_dot(n, set->origin), least = INFINITY;
         for (int i = 0; i < 2; i++) {
-            double phi = set->phi_low + (i ? set->phi_step * set->rows : 0);
+            double phi = arc->low + (i ? arc->range : 0);
             double nd = ny * cos(phi) + nz * sin(phi);
             least = fmin(least, (na * (double)u->low + nd) / (d - na * s));
             least = fmin(least, (na * (double)u->high + nd) / (d - na * s));
         }
-        if (set->phi_step * set->rows < M_PI / 2)
-            best = fmax(best, 0.98 * least);
+        best = fmax(best, 0.98 * least);
     }
     return best;
 }
@@ -207,6 +207,13 @@ static void draw_row(const struct raster_job *job, const float *const p[3], int 
             a[k] += t * (a[1 - k] - a[k]);
             r[k] = near;
         }
+    /* From the end that is farther from the line: the other one's q and u may be huge. */
+    if (r[0] < r[1]) {
+        float swap_a = a[0], swap_r = r[0];
+        a[0] = a[1], r[0] = r[1];
+        a[1] = swap_a, r[1] = swap_r;
+    }
+    float dr = r[1] - r[0], da = a[1] - a[0];
     float q0 = 1 / r[0], q1 = 1 / r[1], q_low = fminf(q0, q1), q_high = fmaxf(q0, q1);
     for (size_t i = job->first; i < set->count; i++) {
         const struct map *map = &set->maps[i];
@@ -217,7 +224,8 @@ static void draw_row(const struct raster_job *job, const float *const p[3], int 
             continue;
         size_t at = (size_t)row * (size_t)set->columns;
         float *q = (passive ? map->passive : map->q) + at;
-        float slope = (q1 - q0) / (u1 - u0);
+        /* The line through both ends: q (dr (a0 - s) - da r0) = dr u - da. */
+        float slope = dr / (dr * (a[0] - (float)map->at) - da * r[0]);
         if (last - first == 1) {
             float value = fminf(fmaxf(q0 + (map->u[first] - u0) * slope, q_low), q_high);
             q[first] = fmaxf(q[first], value);

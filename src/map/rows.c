@@ -1,23 +1,26 @@
 /* map/rows.c: the frame that a set's maps share: which rows, which triangles cross which rows, and
  * where a receiver lies.
  *
- * Rows cover the angles around the line at which something casts, and no others: the complement of
- * the largest gap. A triangle whose shadow in the plane across the line holds the line itself (it
- * is pierced by the line or its extension) lies at every angle. Between rows nothing is
- * interpolated.
+ * Rows cover the angles around the line at which something casts, and no others: the arcs between
+ * up to MAP_ARCS gaps, each from its first caster to its last, so that an object's outline along
+ * the line lies on the border of a row. Their number grows with the turn that is covered, by the
+ * quarter. A triangle whose shadow in the plane across the line holds the line itself (it is
+ * pierced by the line or its extension) lies at every angle. Between rows nothing is interpolated.
  *
  * Degenerate input: a scene without casters gives an empty set in which everything is seen;
  * geometry nearer to the line than near_r (TOLERANCE_LIGHT_GAP of the scene's size) does not count,
  * so that a lamp may touch a ceiling.
  */
+#include <stdlib.h>
 #include <string.h>
 
 #include "geom/tolerance.h"
 #include "map/map.h"
 #include "map/raster.h"
 
-#define SECTORS 4096 /* resolution of the search for the largest gap */
-#define MARGIN  1e-6 /* of angle, radians: room for rounding at the first and last row */
+#define SECTORS MAP_SECTORS /* resolution of the search for gaps */
+#define GAP     4           /* sectors, the least gap that rows leave out */
+#define MARGIN  1e-6        /* of angle, radians: room for rounding at the first and last row */
 #define TURN    (2 * M_PI)
 #define WIDE    3.0 /* directions beyond this are spread unevenly */
 
@@ -25,7 +28,6 @@ struct frame_job {
     struct map_set *set;
     float *angles;     /* per vertex */
     float *arcs;       /* per triangle: from, to >= from; to < from: all around */
-    uint32_t *workers; /* bins: counts */
 };
 
 static void vertex_body(void *user, size_t begin, size_t end, int worker)
@@ -110,93 +112,201 @@ static bool mark_sectors(const float *arcs, size_t begin, size_t end, int32_t *c
     return true;
 }
 
-/* The rows' range of angles: all but the largest gap. */
-static void find_rows(struct map_set *set, const float *arcs)
+struct gap {
+    int begin, length;
+};
+
+static int longer_first(const void *a, const void *b)
+{
+    const struct gap *p = a, *q = b;
+    return p->length != q->length ? q->length - p->length : p->begin - q->begin;
+}
+
+static int by_begin(const void *a, const void *b)
+{
+    const struct gap *p = a, *q = b;
+    return p->begin - q->begin;
+}
+
+/* The runs of sectors that nothing lies in: the MAP_ARCS longest, in order around the line. */
+static int find_gaps(const int32_t *change, struct gap *gaps)
+{
+    bool busy[SECTORS];
+    struct gap all[SECTORS / 2 + 1];
+    int32_t depth = 0;
+    int count = 0, start = -1;
+    for (int i = 0; i < SECTORS; i++) {
+        depth += change[i];
+        busy[i] = depth > 0;
+        if (start < 0 && busy[i])
+            start = i;
+    }
+    /* Once around from a busy sector, so that no run is cut in two. */
+    for (int i = start, run = 0; i <= start + SECTORS; i++) {
+        if (!busy[i % SECTORS]) {
+            run++;
+        } else {
+            if (run >= GAP)
+                all[count++] = (struct gap){(i - run) % SECTORS, run};
+            run = 0;
+        }
+    }
+    qsort(all, (size_t)count, sizeof(*all), longer_first);
+    count = count < MAP_ARCS ? count : MAP_ARCS;
+    memcpy(gaps, all, (size_t)count * sizeof(*gaps));
+    qsort(gaps, (size_t)count, sizeof(*gaps), by_begin);
+    return count;
+}
+
+/* Whether maps must cover triangle t. */
+static bool covered(const struct map_set *set, size_t t)
+{
+    const struct map_geometry *g = set->geometry;
+    if (t < g->caster_count)
+        return true;
+    for (size_t k = 0; k < g->floor_count; k++)
+        if (!set->floor_open[k] && t >= g->floors[k].first_triangle &&
+            t < g->floors[k].first_triangle + g->floors[k].triangle_count)
+            return true;
+    return false;
+}
+
+static double turned(double angle) /* into [0, turn) */
+{
+    angle -= TURN * floor(angle / TURN);
+    return angle < TURN ? angle : 0;
+}
+
+/* The arcs between the gaps, trimmed to what lies in them. */
+static void find_arcs(struct map_set *set, const float *arcs)
 {
     const struct map_geometry *g = set->geometry;
     int32_t change[SECTORS + 1];
+    struct gap gaps[MAP_ARCS];
+    double least[MAP_ARCS], most[MAP_ARCS];
     memset(change, 0, sizeof(change));
-    bool gaps = mark_sectors(arcs, 0, g->caster_count, change);
-    size_t covered = g->caster_count;
-    for (size_t k = 0; k < g->floor_count && gaps; k++) {
+    bool open = mark_sectors(arcs, 0, g->caster_count, change);
+    size_t casters = g->caster_count;
+    for (size_t k = 0; k < g->floor_count && open; k++) {
         if (set->floor_open[k])
             continue;
         size_t first = g->floors[k].first_triangle, count = g->floors[k].triangle_count;
-        gaps = mark_sectors(arcs, first, first + count, change);
-        covered += count;
+        open = mark_sectors(arcs, first, first + count, change);
+        casters += count;
     }
-    set->empty = gaps && covered == 0;
-    set->phi_low = 0;
-    double range = TURN;
-    set->round = true;
-    if (gaps && !set->empty) {
-        int run = 0, best = 0, best_end = 0;
-        int32_t depth = 0;
-        bool busy[SECTORS];
-        for (int i = 0; i < SECTORS; i++) {
-            depth += change[i];
-            busy[i] = depth > 0;
-        }
-        for (int i = 0; i < 2 * SECTORS; i++) {
-            run = busy[i % SECTORS] ? 0 : run + 1;
-            if (run > best && run <= SECTORS) {
-                best = run;
-                best_end = (i + 1) % SECTORS;
-            }
-        }
-        if (best > 2) {
-            /* From the gap's end to its begin; then to the arcs' own ends within the outer sectors.
-             */
-            double low = best_end * (TURN / SECTORS);
-            range = (SECTORS - best) * (TURN / SECTORS);
-            double least = range, most = 0;
-            for (size_t t = 0; t < g->passive_first; t++) {
-                if (t >= g->caster_count) {
-                    bool open = false;
-                    for (size_t k = 0; k < g->floor_count; k++)
-                        open =
-                            open || (set->floor_open[k] && t >= g->floors[k].first_triangle &&
-                                     t < g->floors[k].first_triangle + g->floors[k].triangle_count);
-                    if (open)
-                        continue;
-                }
-                double from = arcs[2 * t] - low, length = arcs[2 * t + 1] - arcs[2 * t];
-                from -= TURN * floor(from / TURN);
-                if (from > TURN - 1e-5)
-                    from -= TURN;
-                least = fmin(least, from);
-                most = fmax(most, from + length);
-            }
-            set->round = false;
-            set->phi_low = low + fmax(least, 0);
-            range = fmin(range, most) - fmax(least, 0);
-            range = fmax(range, 1e-4);
-        }
+    set->empty = open && casters == 0;
+    int count = open && !set->empty ? find_gaps(change, gaps) : 0;
+    set->round = count == 0;
+    set->arc_count = set->round ? 1 : count;
+    memset(set->sector_arc, set->round ? 0 : MAP_NO_ARC, SECTORS);
+    set->arcs[0] = (struct map_arc){.low = 0, .range = TURN};
+    for (int i = 0; i < count; i++) {
+        const struct gap *next = &gaps[(i + 1) % count];
+        int begin = gaps[i].begin + gaps[i].length, end = next->begin;
+        while (end <= begin)
+            end += SECTORS;
+        set->arcs[i].low = turned(begin * (TURN / SECTORS));
+        set->arcs[i].range = (end - begin) * (TURN / SECTORS);
+        for (int k = begin; k < end; k++)
+            set->sector_arc[k % SECTORS] = (uint8_t)i;
+        least[i] = set->arcs[i].range;
+        most[i] = 0;
     }
-    set->phi_step = range / set->rows;
+    for (size_t t = 0; t < g->passive_first && count > 0; t++) {
+        if (!covered(set, t))
+            continue;
+        int sector = (int)(turned(arcs[2 * t]) * (SECTORS / TURN));
+        int i = set->sector_arc[sector < SECTORS ? sector : 0];
+        if (i == MAP_NO_ARC) {
+            /* Rounding at a sector's border: the arc stays as it is. */
+            sector = (sector + 1) % SECTORS;
+            if (set->sector_arc[sector] == MAP_NO_ARC)
+                continue;
+            i = set->sector_arc[sector];
+            least[i] = 0;
+        }
+        double from = turned(arcs[2 * t] - set->arcs[i].low);
+        from = from > TURN - 1e-3 ? 0 : from;
+        least[i] = fmin(least[i], from);
+        most[i] = fmax(most[i], from + ((double)arcs[2 * t + 1] - arcs[2 * t]));
+    }
+    for (int i = 0; i < count; i++) {
+        struct map_arc *arc = &set->arcs[i];
+        double end = fmin(most[i], arc->range);
+        arc->low = turned(arc->low + least[i]);
+        arc->range = fmax(end - least[i], 1e-6);
+    }
 }
 
-/* The rows that a triangle may cross, generously; first > last: none. */
-static void find_triangle_rows(struct map_set *set, const float *arcs)
+/* Shares the rows out by angle. */
+static pnb_status make_rows(struct map_set *set, int per_quarter)
 {
-    double per_row = 1 / set->phi_step;
-    for (size_t t = 0; t < set->geometry->triangle_count; t++) {
-        double from = arcs[2 * t], to = arcs[2 * t + 1];
-        int first = 0, last = set->rows - 1;
-        if (to >= from) {
-            double low = from - set->phi_low;
-            low -= TURN * floor(low / TURN);
-            double high = low + (to - from);
-            int a = (int)floor(low * per_row - 0.5), b = (int)ceil(high * per_row - 0.5);
-            /* The same arc one turn earlier. */
-            int c = (int)ceil((high - TURN) * per_row - 0.5);
-            bool late = a < set->rows, early = c >= 0;
-            first = early ? 0 : a;
-            last = late ? b : c;
-            if (!late && !early)
-                last = first - 1;
-            first = first < 0 ? 0 : first;
-            last = last >= set->rows ? set->rows - 1 : last;
+    pnb_context *context = set->context;
+    double total = 0;
+    for (int i = 0; i < set->arc_count; i++)
+        total += set->arcs[i].range;
+    int wanted = per_quarter * (int)fmax(1, fmin(4, ceil(total / (M_PI / 2) - 1e-9)));
+    set->rows = 0;
+    set->phi_step = 0;
+    for (int i = 0; i < set->arc_count; i++) {
+        struct map_arc *arc = &set->arcs[i];
+        arc->first_row = set->rows;
+        arc->row_count = (int)fmax(1, floor(arc->range / total * wanted + 0.5));
+        arc->step = arc->range / arc->row_count;
+        set->rows += arc->row_count;
+        set->phi_step = fmax(set->phi_step, arc->step);
+    }
+    size_t rows = (size_t)set->rows;
+    set->row_cos = memory_alloc(context, rows, sizeof(float));
+    set->row_sin = memory_alloc(context, rows, sizeof(float));
+    set->row_above = memory_alloc(context, rows, sizeof(int32_t));
+    set->row_below = memory_alloc(context, rows, sizeof(int32_t));
+    if (!set->row_cos || !set->row_sin || !set->row_above || !set->row_below)
+        return status_no_memory(context, rows * 16);
+    for (int i = 0; i < set->arc_count; i++) {
+        const struct map_arc *arc = &set->arcs[i];
+        for (int k = 0; k < arc->row_count; k++) {
+            int v = arc->first_row + k, last = arc->first_row + arc->row_count - 1;
+            double phi = arc->low + (k + 0.5) * arc->step;
+            set->row_cos[v] = (float)cos(phi);
+            set->row_sin[v] = (float)sin(phi);
+            set->row_above[v] = k > 0 ? v - 1 : set->round ? last : v;
+            set->row_below[v] = v < last ? v + 1 : set->round ? arc->first_row : v;
+        }
+    }
+    return PNB_OK;
+}
+
+/* The rows of an arc that angles [from, to] may cross, generously, added to [*first, *last]. */
+static void add_rows(const struct map_arc *arc, double from, double to, int *first, int *last)
+{
+    double low = turned(from - arc->low), high = low + (to - from), per_row = 1 / arc->step;
+    for (int turn = 0; turn < 2; turn++) {
+        double a = floor((low - turn * TURN) * per_row - 0.5);
+        double b = ceil((high - turn * TURN) * per_row - 0.5);
+        if (!(b >= 0) || !(a < arc->row_count))
+            continue;
+        int begin = arc->first_row + (a > 0 ? (int)a : 0);
+        int end = arc->first_row + (b < arc->row_count ? (int)b : arc->row_count - 1);
+        *first = begin < *first ? begin : *first;
+        *last = end > *last ? end : *last;
+    }
+}
+
+/* The rows that each triangle may cross; first > last: none. */
+static void rows_body(void *user, size_t begin, size_t end, int worker)
+{
+    struct frame_job *job = user;
+    struct map_set *set = job->set;
+    for (size_t t = begin; t < end; t++) {
+        double from = job->arcs[2 * t], to = job->arcs[2 * t + 1];
+        int first = set->rows, last = -1;
+        if (to < from) {
+            first = 0;
+            last = set->rows - 1;
+        } else {
+            for (int i = 0; i < set->arc_count; i++)
+                add_rows(&set->arcs[i], from, to, &first, &last);
         }
         set->first_row[t] = first;
         set->last_row[t] = last;
@@ -261,37 +371,34 @@ pnb_status map_set_create(const struct map_set_desc *desc, struct map_set **out_
         return status_no_memory(context, sizeof(*set));
     set->geometry = g;
     set->context = context;
-    set->rows = desc->rows;
     set->columns = desc->columns;
     set->origin = desc->origin;
     set->axis = desc->axis;
     set->length = desc->length;
     v3_frame(set->axis, &set->y, &set->z);
     struct frame_job job = {.set = set};
-    size_t vertices = g->vertex_count, triangles = g->triangle_count, rows = (size_t)set->rows;
+    size_t vertices = g->vertex_count, triangles = g->triangle_count;
     set->points = memory_alloc(context, vertices * 3, sizeof(float));
     set->first_row = memory_alloc(context, triangles, sizeof(int32_t));
     set->last_row = memory_alloc(context, triangles, sizeof(int32_t));
-    set->row_cos = memory_alloc(context, rows, sizeof(float));
-    set->row_sin = memory_alloc(context, rows, sizeof(float));
+    set->arcs = memory_calloc(context, MAP_ARCS, sizeof(*set->arcs));
+    set->sector_arc = memory_alloc(context, SECTORS, 1);
     set->floor_open = memory_calloc(context, g->floor_count, sizeof(bool));
     job.angles = memory_alloc(context, vertices, sizeof(float));
     job.arcs = memory_alloc(context, triangles * 2, sizeof(float));
     pnb_status status = PNB_OK;
-    if (!set->points || !set->first_row || !set->last_row || !set->row_cos || !set->row_sin ||
+    if (!set->points || !set->first_row || !set->last_row || !set->arcs || !set->sector_arc ||
         !set->floor_open || !job.angles || !job.arcs)
         status = status_no_memory(context, vertices * 16 + triangles * 16);
     if (status == PNB_OK) {
         describe(set);
         parallel_for(context, vertices, 4096, vertex_body, &job);
         parallel_for(context, triangles, 4096, arc_body, &job);
-        find_rows(set, job.arcs);
-        find_triangle_rows(set, job.arcs);
-        for (size_t v = 0; v < rows; v++) {
-            double phi = set->phi_low + ((double)v + 0.5) * set->phi_step;
-            set->row_cos[v] = (float)cos(phi);
-            set->row_sin[v] = (float)sin(phi);
-        }
+        find_arcs(set, job.arcs);
+        status = make_rows(set, desc->rows);
+    }
+    if (status == PNB_OK) {
+        parallel_for(context, triangles, 4096, rows_body, &job);
         status = fill_bins(set);
     }
     if (status == PNB_OK) {
@@ -330,6 +437,10 @@ void map_set_destroy(struct map_set *set)
     memory_free(context, set->band_triangles);
     memory_free(context, set->row_cos);
     memory_free(context, set->row_sin);
+    memory_free(context, set->row_above);
+    memory_free(context, set->row_below);
+    memory_free(context, set->arcs);
+    memory_free(context, set->sector_arc);
     memory_free(context, set->floor_open);
     memory_free(context, set);
 }
@@ -356,17 +467,21 @@ void map_locate(const struct map_set *set, const float position[3], const float 
                                                        set->geometry->floors[k].offset;
     if (set->empty)
         return;
-    double phi = (double)atan2f(z, y) - set->phi_low;
-    phi += phi < 0 ? TURN : 0;
-    phi += phi < 0 ? TURN : 0;
-    phi -= phi >= TURN ? TURN : 0;
-    double row = phi / set->phi_step;
-    if (!(row < set->rows)) {
-        if (!set->round)
-            return;
-        row = set->rows - 1;
-    }
-    out->row = (int)row;
+    float phi = atan2f(z, y);
+    phi += phi < 0 ? (float)TURN : 0;
+    int sector = (int)(phi * (float)(SECTORS / TURN));
+    int index = set->sector_arc[sector < SECTORS ? sector : SECTORS - 1];
+    if (index == MAP_NO_ARC)
+        return;
+    const struct map_arc *arc = &set->arcs[index];
+    double off = phi - arc->low;
+    off += off < -M_PI ? TURN : 0;
+    int row = (int)floor(off / arc->step);
+    if (set->round)
+        row = row < 0 ? 0 : row >= arc->row_count ? arc->row_count - 1 : row;
+    if (row < 0 || row >= arc->row_count)
+        return;
+    out->row = arc->first_row + row;
     double ny = v3_dot(n, set->y), nz = v3_dot(n, set->z);
     out->na = (float)na;
     out->nd = (float)(ny * set->row_cos[out->row] + nz * set->row_sin[out->row]);

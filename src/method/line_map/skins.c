@@ -103,7 +103,7 @@ static size_t find_edges(const struct warp_job *job, const struct map *map, int 
     struct step step = {texels / (1 + texels), 0};
     if (threshold > 0)
         step = (struct step){0, (float)threshold};
-    int up = map_row_above(set, row), down = map_row_below(set, row);
+    int up = set->row_above[row], down = set->row_below[row];
     const float *q = map->q + (size_t)row * (size_t)columns;
     filter_row(map->q + (size_t)up * (size_t)columns, q, map->q + (size_t)down * (size_t)columns,
                columns, step, worker->response, worker->mark);
