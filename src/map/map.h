@@ -86,6 +86,10 @@ struct map_set {
     struct map *maps;
     size_t count, capacity;
     bool *floor_open; /* floor_count: all of the line lies on the scene's side */
+    /* For look-ups: axis, y, z as rows; open floors as normal (a, y, z) and offset. */
+    float frame[9], start[3];
+    float (*floors)[4];
+    int open_floor_count;
     /* Scan conversion. */
     float *points;                 /* vertex_count x 3: (a, y, z) */
     int32_t *first_row, *last_row; /* triangle_count */
@@ -129,7 +133,7 @@ struct map_point {
     float na, nd, d;
     /* Heights of the line's two ends above the (unlifted) tangent plane. */
     float height_low, height_high;
-    vec3 p;           /* lifted, world */
+    float y, z;       /* lifted, like a, r, q */
     bool below_floor; /* on the far side of a floor that the maps do not cover */
 };
 

@@ -171,8 +171,8 @@ pnb_status line_map_light_split(struct line_map_light *light)
 }
 
 /* The channel's value at the texel that the receiver falls on; negative: no skin. */
-static double channel_at(const struct map_set *set, const struct map *map, const uint16_t *channel,
-                         const struct map_point *p)
+static inline double channel_at(const struct map_set *set, const struct map *map,
+                                const uint16_t *channel, const struct map_point *p)
 {
     if (p->row < 0)
         return -1;
@@ -200,8 +200,8 @@ static double two_sided(double from_left, double from_right)
     return from_left >= 0 && from_right >= 0 ? fmin(from_left + from_right, 1) : 1;
 }
 
-static bool sample_seen(const struct map_set *set, const struct map *map, const struct map_point *p,
-                        float bias)
+static inline bool sample_seen(const struct map_set *set, const struct map *map,
+                               const struct map_point *p, float bias)
 {
     return map_seen(set, map, p, bias * fmaxf((float)set->phi_step, 1 / map->scale)) &&
            !(p->below_floor && map_beneath_floor(set, p, map->at));
@@ -220,6 +220,8 @@ double line_map_look_up(const struct line_map_light *light, const float position
         double whole = low > 0 && high > 0 ? 1 : fmax(low, high) / fabs(high - low);
         return p.below_floor && map_beneath_floor(set, &p, 0.5 * set->length) ? 0 : whole;
     }
+    if (p.row < 0 && low > 0 && high > 0 && !p.below_floor && !shares)
+        return 1;
     const float bias = (float)light->method->bias;
     const double per_length = 1 / set->length;
     double sum = 0, height = low;
@@ -254,6 +256,8 @@ double line_map_look_up_plain(const struct line_map_light *light, const float po
     struct map_point p;
     map_locate(set, position, normal, &p);
     size_t seen = 0;
+    if (p.row < 0 && p.height_low > 0 && p.height_high > 0 && !p.below_floor)
+        return 1;
     for (size_t i = 0; i < set->count; i++) {
         double t = set->maps[i].at / set->length;
         double height = p.height_low + (p.height_high - (double)p.height_low) * t;

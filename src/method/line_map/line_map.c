@@ -95,7 +95,8 @@ static void look_up_body(void *user, size_t begin, size_t end, int worker)
             continue;
         }
         double seen = 0;
-        if (light_shape_lit_side(job->shape, v3_loadf(p)))
+        if (job->shape->light.type == PNB_LIGHT_LINE ||
+            light_shape_lit_side(job->shape, v3_loadf(p)))
             seen = line_map_look_up(job->light, p, n, NULL);
         if (job->weight == 1)
             job->visibility[i] = (float)seen;

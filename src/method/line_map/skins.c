@@ -133,6 +133,7 @@ static size_t find_edges(const struct warp_job *job, const struct map *map, int 
 struct skin {
     float u, near_u, far_u;       /* the line through the edge; where its ends appear */
     float near_q, inverse, slack; /* inverse: 1 / (s_i - s_j) */
+    float across;                 /* 1 / (u_r - u_o), for the linear transition */
 };
 
 LINE_MAP_WIDE static void draw_rational(const struct skin *skin, const float *restrict u,
@@ -157,12 +158,11 @@ LINE_MAP_WIDE static void draw_rational(const struct skin *skin, const float *re
 static void draw_other(const struct line_map *method, const struct skin *skin, const float *u,
                        const float *surface, int first, int last, float *depth, uint16_t *share)
 {
-    float across = 1 / (skin->far_u - skin->near_u);
     for (int c = first; c < last; c++) {
         float q = surface[c], line = (u[c] - skin->u) * skin->inverse;
         if (!(q < line + skin->slack) || !(q < skin->near_q))
             continue;
-        float seen = (u[c] - skin->near_u) * across;
+        float seen = (u[c] - skin->near_u) * skin->across;
         if (!method->linear)
             seen = (skin->near_u - u[c]) / (skin->near_q - q) * skin->inverse;
         seen = fminf(fmaxf(seen, 0), 1);
@@ -192,6 +192,7 @@ static void draw_skins(const struct warp_job *job, const struct map *from, const
             continue;
         struct skin skin = {.u = edges[e].u, .near_q = edges[e].near_q, .inverse = 1 / shift};
         float far_q = edges[e].far_q;
+        skin.across = 1 / (shift * (far_q - skin.near_q));
         if (own) {
             skin.u -= shift * skin.near_q;
             far_q *= 0.5f; /* what the ray from the other sample meets is not known */
