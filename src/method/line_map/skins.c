@@ -93,6 +93,26 @@ LINE_MAP_WIDE static void filter_row(const float *restrict above, const float *r
         mark[c] = fabsf(response[c]) > 0.25f * least_step(step, row[c]);
 }
 
+/* Whether the surfaces of texels c and c + 1, each prolonged as it runs on its own side, part by
+ * more than least. Columns may be spaced unevenly. */
+static bool is_step(const float *u, const float *q, int columns, int c, float least)
+{
+    float gap = u[c + 1] - u[c], before = INFINITY, after = INFINITY;
+    if (c > 0)
+        before = fabsf(q[c] - q[c - 1]) / (u[c] - u[c - 1]) * gap;
+    if (c + 2 < columns)
+        after = fabsf(q[c + 2] - q[c + 1]) / (u[c + 2] - u[c + 1]) * gap;
+    float slope = fminf(before, after);
+    return fabsf(q[c + 1] - q[c]) - (isfinite(slope) ? slope : 0) > least;
+}
+
+/* Between the two texels; on the nearer surface's where columns are far apart. */
+static float edge_place(const float *u, int c, bool near_left)
+{
+    float middle = 0.5f * (u[c] + u[c + 1]);
+    return fabsf(middle) > 2 ? u[near_left ? c : c + 1] : middle;
+}
+
 static size_t find_edges(const struct warp_job *job, const struct map *map, int row,
                          struct warp_worker *worker, struct edge *edges)
 {
@@ -120,11 +140,8 @@ static size_t find_edges(const struct warp_job *job, const struct map *map, int 
         float most = fmaxf(fabsf(worker->response[c]), fabsf(worker->response[c + 1]));
         if (!(most > 0.25f * least))
             continue;
-        float before = c > 0 ? fabsf(a - q[c - 1]) : 0;
-        float after = c + 2 < columns ? fabsf(q[c + 2] - b) : 0;
-        if (fabsf(a - b) - fminf(before, after) > least)
-            edges[count++] =
-                (struct edge){0.5f * (map->u[c] + map->u[c + 1]), near, fminf(a, b), a > b};
+        if (is_step(map->u, q, columns, c, least))
+            edges[count++] = (struct edge){edge_place(map->u, c, a > b), near, fminf(a, b), a > b};
     }
     return count;
 }
