@@ -28,6 +28,7 @@ struct exact_grid {
     int32_t *inner;  /* [bins + 1]: -1 where the border before the cell may be moved */
     double total;    /* sum of weight x length */
     bool even;       /* all weights are 256 */
+    uint32_t need[EXACT_ROWS_MAX]; /* bit k: cell k weighs something */
 };
 
 /* center + (s - 1/2) u + (r - 1/2) v. Suns: directions center + ..., infinitely far. Lines have no
@@ -233,6 +234,12 @@ struct exact_stats {
     size_t edges, triangles, tiles; /* sums over tiles */
 };
 
+/* An instance in the tile's shaft; key: less where it is more likely to hide much of the light. */
+struct exact_candidate {
+    float key;
+    uint32_t instance;
+};
+
 /* What one thread needs; grows as it works. */
 struct exact_work {
     pnb_context *context;
@@ -246,9 +253,9 @@ struct exact_work {
     size_t loose_count, loose_capacity;
     int32_t *cells, *left;
     uint32_t touched;
-    bool masks; /* this tile's samples are bits */
-    uint32_t *hidden;
+    uint32_t *hidden; /* [EXACT_TILE][EXACT_ROWS_MAX]: samples as bits */
     struct exact_hits hits;
+    struct exact_candidate *candidates; /* instances */
     struct exact_stats stats;
     bool no_memory;
 };

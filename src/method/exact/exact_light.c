@@ -152,6 +152,10 @@ static pnb_status grid_init(pnb_context *context, const struct pattern *pattern,
     for (int i = 0; i < grid->bins; i++)
         for (int j = 0; j < grid->rows; j++)
             grid->even &= grid->weight[i * grid->stride + j] == 256 || grid->length[j] == 0;
+    for (int i = 0; i < grid->bins && i < EXACT_MASK_BINS; i++)
+        for (int j = 0; j < grid->rows; j++)
+            if (grid->weight[i * grid->stride + j] > 0 && grid->length[j] > 0)
+                grid->need[j] |= 1u << i;
     for (int i = 0; i < grid->bins; i++)
         for (int j = 0; j < grid->rows; j++)
             grid->total += (double)grid->weight[i * grid->stride + j] * grid->length[j];

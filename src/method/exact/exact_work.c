@@ -11,7 +11,8 @@ bool exact_work_init(pnb_context *context, const struct exact_scene *scene, stru
     work->state = memory_calloc(context, slots, 1);
     work->cluster_state = memory_calloc(context, scene->clusters_max, 1);
     work->kept = memory_alloc(context, scene->clusters_max, sizeof(*work->kept));
-    return work->state && work->cluster_state && work->kept;
+    work->candidates = memory_alloc(context, scene->instance_count, sizeof(*work->candidates));
+    return work->state && work->cluster_state && work->kept && work->candidates;
 }
 
 bool exact_work_prepare(struct exact_work *work, const struct exact_grid *grid)
@@ -21,7 +22,7 @@ bool exact_work_prepare(struct exact_work *work, const struct exact_grid *grid)
     work->cells = memory_calloc(work->context, exact_cover_size(grid), sizeof(*work->cells));
     work->left = memory_calloc(work->context, EXACT_ROWS_MAX, sizeof(*work->left));
     memory_free(work->context, work->hidden);
-    work->hidden = memory_calloc(work->context, EXACT_ROWS_MAX, sizeof(*work->hidden));
+    work->hidden = memory_calloc(work->context, EXACT_TILE * EXACT_ROWS_MAX, sizeof(*work->hidden));
     memset(&work->stats, 0, sizeof(work->stats));
     work->no_memory = false;
     return work->cells && work->left && work->hidden;
@@ -40,6 +41,7 @@ void exact_work_finish(struct exact_work *work)
     memory_free(work->context, work->loose_frame);
     memory_free(work->context, work->cells);
     memory_free(work->context, work->left);
+    memory_free(work->context, work->candidates);
     memory_free(work->context, work->hidden);
     memory_free(work->context, work->hits.fields);
     memory_free(work->context, work->hits.list);
