@@ -277,6 +277,7 @@ static void section(const char *name, const char *title)
 int main(int argc, char **argv)
 {
     const char *only = NULL;
+    bool costs = false;
     for (int i = 1; i < argc; i++) {
         if (strcmp(argv[i], "--json") == 0) {
             as_json = true;
@@ -286,13 +287,16 @@ int main(int argc, char **argv)
             truth_samples = atoi(argv[++i]);
         } else if (strcmp(argv[i], "--scene") == 0 && i + 1 < argc) {
             only = argv[++i];
+        } else if (strcmp(argv[i], "--costs") == 0) {
+            costs = true;
         } else if (strcmp(argv[i], "--help") == 0) {
             printf(
                 "usage: penumbra bench line-map [--json] [--threads N] [--truth N] "
-                "[--scene NAME]\n\n"
+                "[--scene NAME | --costs]\n\n"
                 "Errors and times of line-map, sampled-maps and 10 ray-traced samples on the\n"
                 "built-in scenes with a linear light, the cost of frames with fixed maps, and of\n"
-                "building maps (some two minutes). --scene: the errors of one scene alone.\n");
+                "building maps (some two minutes). --scene: the errors of one scene\n"
+                "alone; --costs: no errors.\n");
             return 0;
         } else {
             fprintf(stderr, "penumbra: error: %s: unknown option\n", argv[i]);
@@ -304,9 +308,11 @@ int main(int argc, char **argv)
     section("errors",
             "scene            method                     n  maps     rmse     mean     p99 "
             "  leak   dark       ms     skins");
-    errors(PNB_LIGHT_LINE, only);
+    if (!costs)
+        errors(PNB_LIGHT_LINE, only);
     section("edges", "area lights by their edges");
-    errors(PNB_LIGHT_POLYGON, only);
+    if (!costs)
+        errors(PNB_LIGHT_POLYGON, only);
     section("fixed", "a frame with fixed maps");
     for (int k = 2; k <= 5 && !only; k++)
         fixed("overlap", k);

@@ -154,11 +154,11 @@ void builtin_blocker(struct stage *stage, const struct builtin *row)
         shape_box(&stage->shape, v3(-0.5, y, -0.45), v3(0.5, y + 0.06, 0.45));
         stage_object(stage, "blocker", clay);
     } else {
-        /* Through the gap the ground sees 1.27 m of the light, less than its length and more than
+        /* Through the gap the ground sees some 1.3 m of the light, less than its length and more than
          * half of it: two samples at its ends miss what three do not. */
-        shape_box(&stage->shape, v3(-0.9, y, -0.45), v3(-0.27, y + 0.06, 0.45));
+        shape_box(&stage->shape, v3(-0.9, y, -0.45), v3(-0.3, y + 0.06, 0.45));
         stage_object(stage, "left blocker", clay);
-        shape_box(&stage->shape, v3(0.27, y, -0.45), v3(0.9, y + 0.06, 0.45));
+        shape_box(&stage->shape, v3(0.3, y, -0.45), v3(0.9, y + 0.06, 0.45));
         stage_object(stage, "right blocker", steel);
     }
     stage_line(stage, v3(-row->light, 2.6, 0), v3(row->light, 2.6, 0), white);
