@@ -23,7 +23,8 @@
 struct options {
     int width, height, samples, truth_samples, truth_pixels, runs;
     bool json, curves;
-    const char *scene; /* only this one */
+    const char *scene;  /* only this one */
+    const char *lights; /* only these labels, separated by commas */
 };
 
 struct row {
@@ -318,17 +319,27 @@ static void print_head(const struct options *o)
            "| --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- |\n");
 }
 
+static bool listed(const char *list, const char *word)
+{
+    size_t length = strlen(word);
+    for (const char *c = list; c; c = strchr(c, ',') ? strchr(c, ',') + 1 : NULL)
+        if (strncmp(c, word, length) == 0 && (c[length] == 0 || c[length] == ','))
+            return true;
+    return !list;
+}
+
 static int usage(void)
 {
     printf("usage: penumbra bench exact [--json] [--size WxH] [--samples N] [--runs N]\n"
-           "         [--truth N] [--pixels N] [--scene NAME] [--no-curves]\n\n"
+           "         [--truth N] [--pixels N] [--scene NAME]\n"
+           "         [--lights LABEL,...] [--no-curves]\n\n"
            "Time and error of the method exact against ray tracing, scene by scene.\n");
     return 0;
 }
 
 int main(int argc, char **argv)
 {
-    struct options o = {800, 600, 1024, 65536, 1000, 3, false, true, NULL};
+    struct options o = {800, 600, 1024, 65536, 1000, 3, false, true, NULL, NULL};
     for (int i = 1; i < argc; i++) {
         const char *value = i + 1 < argc ? argv[i + 1] : "";
         if (strcmp(argv[i], "--help") == 0)
@@ -348,6 +359,8 @@ int main(int argc, char **argv)
             i++;
         else if (strcmp(argv[i], "--pixels") == 0 && (o.truth_pixels = atoi(value)) > 0)
             i++;
+        else if (strcmp(argv[i], "--lights") == 0 && *value)
+            o.lights = argv[++i];
         else if (strcmp(argv[i], "--scene") == 0 && *value)
             o.scene = argv[++i];
         else {
@@ -382,7 +395,7 @@ int main(int argc, char **argv)
     print_head(&o);
     for (size_t s = 0; s < sizeof(scenes) / sizeof(*scenes); s++)
         for (size_t l = 0; l < sizeof(lights) / sizeof(*lights); l++) {
-            if (o.scene && strcmp(o.scene, scenes[s]) != 0)
+            if ((o.scene && strcmp(o.scene, scenes[s]) != 0) || !listed(o.lights, lights[l].label))
                 continue;
             measure(context, &o, scenes[s], lights[l].shape, lights[l].degrees, lights[l].turn,
                     lights[l].label, &row);
