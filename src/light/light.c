@@ -336,8 +336,8 @@ enum light_facing light_shape_facing(const struct light_shape *shape, vec3 p, ve
     case PNB_LIGHT_RECTANGLE: {
         double h = v3_dot(v3_sub(shape->origin, p), n), u = v3_dot(shape->axis_u, n),
                v = v3_dot(shape->axis_v, n);
-        low = h + fmin(u, 0) + fmin(v, 0);
-        high = h + fmax(u, 0) + fmax(v, 0);
+        low = h + (u < 0 ? u : 0) + (v < 0 ? v : 0);
+        high = h + (u > 0 ? u : 0) + (v > 0 ? v : 0);
         break;
     }
     case PNB_LIGHT_DISK:

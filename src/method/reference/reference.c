@@ -316,14 +316,12 @@ typedef int32_t int16 __attribute__((vector_size(64), aligned(4), may_alias));
  * Embree loads whole cache lines that were just stored in smaller pieces, and the other way round,
  * which would stall on each packet. */
 REFERENCE_WIDE
-static uint64_t trace_whole(const struct reference_frame *frame, struct reference_tile *t)
+static uint64_t trace_whole(const struct reference_frame *frame, struct reference_tile *t,
+                            struct trace_rays rays[BATCH])
 {
     uint64_t traced = 0;
-    struct trace_rays rays[BATCH];
     int32_t valid[BATCH][TRACE_WIDTH] __attribute__((aligned(64)));
     int packets = (int)(frame->samples / TRACE_WIDTH);
-    for (int b = 0; b < BATCH; b++)
-        trace_rays_init(&rays[b]);
     for (int k = 0; k < t->count; k++) {
         struct reference_receiver *at = &t->receivers[k];
         int16 seen = {0}, above = {0}; /* minus the counts, per lane */
@@ -387,11 +385,14 @@ static void trace_body(void *user, size_t begin, size_t end, int worker)
 {
     const struct reference_frame *frame = user;
     uint64_t traced = 0;
+    struct trace_rays rays[BATCH];
+    for (int b = 0; b < BATCH; b++)
+        trace_rays_init(&rays[b]);
     for (size_t tile = begin; tile < end; tile++) {
         struct reference_tile t;
         reference_tile_begin(frame, tile, &t);
         if (frame->samples % TRACE_WIDTH == 0)
-            traced += trace_whole(frame, &t);
+            traced += trace_whole(frame, &t, rays);
         else
             traced += trace_mixed(frame, &t);
         for (int k = 0; k < t.count; k++)
