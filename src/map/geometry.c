@@ -177,3 +177,14 @@ void map_geometry_destroy(struct map_geometry *g)
     memory_free(context, g->floors);
     memory_free(context, g);
 }
+
+pnb_status map_geometry_update(pnb_scene *scene, struct map_geometry **geometry)
+{
+    struct map_geometry *made;
+    pnb_status status = map_geometry_create(scene, &made);
+    if (status != PNB_OK)
+        return status;
+    map_geometry_destroy(*geometry);
+    *geometry = made;
+    return PNB_OK;
+}

@@ -45,6 +45,8 @@ struct map_floor {
 
 pnb_status map_geometry_create(pnb_scene *scene, struct map_geometry **out_geometry);
 void map_geometry_destroy(struct map_geometry *geometry);
+/* Made anew after the scene changed; on failure the old one stays. */
+pnb_status map_geometry_update(pnb_scene *scene, struct map_geometry **geometry);
 
 /* One sample's map. Texels without a surface have q = 0. */
 struct map {

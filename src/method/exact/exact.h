@@ -62,7 +62,7 @@ struct exact_cover {
     uint32_t *touched; /* columns that may hold anything */
     bool area;         /* use the upper halves */
     int unit; /* by how much one occluder changes the count: 2 for closed ones, 1 for sheets */
-    /* Not NULL: no cells but a bit per sample, [stride] words; see exact_mask.inc. */
+    /* Not NULL: no cells but a bit per sample, [stride] words; for exact_kernel.inc alone. */
     uint32_t *hidden;
 };
 

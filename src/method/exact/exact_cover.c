@@ -27,8 +27,6 @@ void exact_cover_clear(const struct exact_cover *cover)
     }
     *cover->touched = 0;
     memset(cover->left, 0, EXACT_ROWS_MAX * sizeof(*cover->left));
-    if (cover->hidden)
-        memset(cover->hidden, 0, (size_t)grid->stride * sizeof(*cover->hidden));
 }
 
 /* A crossing at x cells, seen from the left; column k as in struct exact_cover. */
@@ -61,12 +59,6 @@ static bool add_interval(const struct exact_cover *cover, int row, double low, d
     first += first < a;
     first = low <= 0 ? 0 : first + 1;
     end += 1;
-    if (cover->hidden) {
-        int from = first > 0 ? first - 1 : 0, to = end > 0 ? end - 1 : 0;
-        uint32_t ones = to > from ? (uint32_t)((1ull << to) - (1ull << from)) : 0;
-        cover->hidden[row] |= ones;
-        return true;
-    }
     add_crossing(cover, row, first, low, 1);
     add_crossing(cover, row, end, high, -1);
     return true;

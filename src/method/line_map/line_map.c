@@ -67,13 +67,7 @@ static void line_map_destroy(pnb_solver *solver)
 static pnb_status line_map_update(pnb_solver *solver, pnb_update update)
 {
     struct line_map *m = solver->state;
-    struct map_geometry *geometry;
-    pnb_status status = map_geometry_create(solver->scene, &geometry);
-    if (status != PNB_OK)
-        return status;
-    map_geometry_destroy(m->geometry);
-    m->geometry = geometry;
-    return PNB_OK;
+    return map_geometry_update(solver->scene, &m->geometry);
 }
 
 struct look_up_job {

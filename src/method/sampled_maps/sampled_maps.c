@@ -57,13 +57,7 @@ static void sampled_destroy(pnb_solver *solver)
 static pnb_status sampled_update(pnb_solver *solver, pnb_update update)
 {
     struct sampled_maps *m = solver->state;
-    struct map_geometry *geometry;
-    pnb_status status = map_geometry_create(solver->scene, &geometry);
-    if (status != PNB_OK)
-        return status;
-    map_geometry_destroy(m->geometry);
-    m->geometry = geometry;
-    return PNB_OK;
+    return map_geometry_update(solver->scene, &m->geometry);
 }
 
 static void sum_body(void *user, size_t begin, size_t end, int worker)
