@@ -136,9 +136,13 @@ static void tile_body(void *user, size_t begin, size_t end, int worker)
         } else {
             size_t width = (size_t)receivers->width, height = (size_t)receivers->height;
             size_t x0 = tile % frame->tiles_x * TILE_SIDE, y0 = tile / frame->tiles_x * TILE_SIDE;
-            for (size_t y = y0; y < y0 + TILE_SIDE && y < height; y++)
-                for (size_t x = x0; x < x0 + TILE_SIDE && x < width; x++)
+            /* In the order of the Morton curve: runs of 4, 8, 16 are blocks. */
+            for (unsigned i = 0; i < TILE_SIDE * TILE_SIDE; i++) {
+                size_t x = x0 + ((i & 1) | (i >> 1 & 2) | (i >> 2 & 4));
+                size_t y = y0 + ((i >> 1 & 1) | (i >> 2 & 2) | (i >> 3 & 4));
+                if (x < width && y < height)
                     add_point(frame, work, y * width + x, points, &count);
+            }
         }
         if (count > 0)
             frame->job.kernel->tile(&frame->job, work, points, count);

@@ -27,8 +27,8 @@ struct exact_grid {
     int32_t *before; /* [bins + 1]: sum of the weights of the cells before this one */
     int32_t *inner;  /* [bins + 1]: -1 where the border before the cell may be moved */
     double total;    /* sum of weight x length */
-    bool even;       /* all weights are 256 */
-    uint32_t need[EXACT_ROWS_MAX]; /* bit k: cell k weighs something */
+    int words;       /* of 32 samples as bits in a row */
+    uint32_t need[2 * EXACT_ROWS_MAX]; /* [row][word], bit k: cell k of the word weighs something */
 };
 
 /* center + (s - 1/2) u + (r - 1/2) v. Suns: directions center + ..., infinitely far. Lines have no
@@ -62,28 +62,19 @@ struct exact_cover {
     uint32_t *touched; /* columns that may hold anything */
     bool area;         /* use the upper halves */
     int unit; /* by how much one occluder changes the count: 2 for closed ones, 1 for sheets */
-    /* Not NULL: no cells but a bit per sample, [stride] words; for exact_kernel.inc alone. */
+    /* Not NULL: no cells but a bit per sample, [words][stride]; for exact_kernel.inc alone. */
     uint32_t *hidden;
 };
 
-/* The crossings of one receiver's edges with the rows, for exact_mask.inc. */
-enum { HIT_X, HIT_Y, HIT_SLOPE, HIT_BEGIN, HIT_END, HIT_FLIP, HIT_FIELDS };
+/* Rows have at most this many samples for samples as bits. */
+#define EXACT_MASK_BINS 64
 
-struct exact_hits {
-    /* [field][capacity], 4 bytes each: row j is crossed at x + (j - y) slope, for begin <= j < end;
-     * flip is -1 where what lies on the right loses an occluder. */
-    float *fields;
-    /* [vector of rows][2][capacity]: its hits that change the count by one, by two. */
-    uint32_t *list;
+/* Edges that matter to a block of receivers: offsets of their first field. */
+struct exact_picks {
+    uint32_t *at, *open;
+    int32_t *change;
     size_t capacity;
-    uint32_t count, listed[EXACT_ROWS_MAX / 4][2];
-    uint32_t crossings; /* hits, and edges that lie left of the light */
 };
-
-/* Rows have at most this many samples and a tile this many edges for the masks to be used: many
- * edges are short ones, which are faster counted. */
-#define EXACT_MASK_BINS  32
-#define EXACT_MASK_EDGES 1000
 
 static inline int exact_cell_change(int32_t cell)
 {
@@ -240,11 +231,18 @@ struct exact_candidate {
     uint32_t instance;
 };
 
+/* How all of a tile's receivers see a triangle; MIXED: of clusters. */
+enum { DROPPED = 0, FRONT, BACK, OPEN, MIXED };
+
 /* What one thread needs; grows as it works. */
 struct exact_work {
     pnb_context *context;
     uint8_t *state, *cluster_state;
     uint32_t *kept;
+    float (*centers)[3];    /* of clusters, in the tile's frame */
+    uint8_t edge_class[32]; /* by two states and whether their turns differ; see exact_work.c */
+    uint32_t *list[2];      /* edges that count: fixed, open */
+    size_t list_count[2], list_capacity[2];
     struct exact_edges edges;
     int unit;           /* of the tile's occluders */
     vec3 (*loose)[3];   /* relative to the tile's middle */
@@ -253,8 +251,10 @@ struct exact_work {
     size_t loose_count, loose_capacity;
     int32_t *cells, *left;
     uint32_t touched;
-    uint32_t *hidden; /* [EXACT_TILE][EXACT_ROWS_MAX]: samples as bits */
-    struct exact_hits hits;
+    /* Samples as bits; see exact_block.inc. Aligned parts of one block of memory. */
+    void *bits;
+    int32_t *hidden, *near, *far, *spare;
+    struct exact_picks picks;
     struct exact_candidate *candidates; /* instances */
     struct exact_stats stats;
     bool no_memory;

@@ -78,6 +78,21 @@ static double kernel_resolve(const struct exact_cover *cover)
 #define HAVE_MASK
 #define shift_ones(by) ((vi)_mm512_sllv_epi32(_mm512_set1_epi32(-1), (__m512i)(by)))
 #define any_bit(x)     (_mm512_test_epi32_mask((__m512i)(x), (__m512i)(x)) != 0)
-#define HAVE_NOTE_HITS
+
+#define HAVE_REDUCE
+#define least_of(x) _mm512_reduce_min_epi32((__m512i)(x))
+#define most_of(x)  _mm512_reduce_max_epi32((__m512i)(x))
+#define append_picks(at, by, lanes, base, change)                                                  \
+    append_lanes(at, by, lanes, base, (__m512i)(change))
+static inline unsigned append_lanes(unsigned *at, int *by, unsigned lanes, unsigned base,
+                                    __m512i change)
+{
+    const __m512i numbers = _mm512_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15);
+    __m512i from = _mm512_add_epi32(numbers, _mm512_set1_epi32((int)base));
+    _mm512_storeu_si512(at, _mm512_maskz_compress_epi32((__mmask16)lanes, from));
+    if (by)
+        _mm512_storeu_si512(by, _mm512_maskz_compress_epi32((__mmask16)lanes, change));
+    return (unsigned)__builtin_popcount(lanes);
+}
 
 #include "method/exact/exact_kernel.inc"

@@ -148,14 +148,11 @@ static pnb_status grid_init(pnb_context *context, const struct pattern *pattern,
     memory_free(context, cuts);
     for (int i = 0; i < grid->bins * grid->stride; i++)
         grid->before[i + grid->stride] = grid->before[i] + grid->weight[i];
-    grid->even = true;
-    for (int i = 0; i < grid->bins; i++)
-        for (int j = 0; j < grid->rows; j++)
-            grid->even &= grid->weight[i * grid->stride + j] == 256 || grid->length[j] == 0;
+    grid->words = (grid->bins + 31) / 32;
     for (int i = 0; i < grid->bins && i < EXACT_MASK_BINS; i++)
         for (int j = 0; j < grid->rows; j++)
             if (grid->weight[i * grid->stride + j] > 0 && grid->length[j] > 0)
-                grid->need[j] |= 1u << i;
+                grid->need[j * grid->words + i / 32] |= 1u << (i % 32);
     for (int i = 0; i < grid->bins; i++)
         for (int j = 0; j < grid->rows; j++)
             grid->total += (double)grid->weight[i * grid->stride + j] * grid->length[j];
