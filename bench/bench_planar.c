@@ -7,7 +7,8 @@
  *   rings     all K silhouettes, outlines, and all winding levels of the K outlines together
  *   fill      triangles of all faces and the exchange of diagonals, ours over our rings
  *   area      largest relative difference of a level's area to Clipper's
- * --steady measures how a moving light moves the shadow, see steadiness().
+ * --steady measures how a moving light moves the shadow, see steadiness(); --quality what the
+ * method's parameters do to error and cost (planar_quality.c).
  * Silhouettes are part of both sides' time. Clipper gets closed loops linked from the same edges.
  */
 #define _GNU_SOURCE
@@ -22,6 +23,7 @@
 #include "light/light.h"
 #include "method/planar/room.h"
 #include "peer_clipper.h"
+#include "planar_scenes.h"
 
 #define ROUNDS 5
 #define SETS   4
@@ -31,124 +33,6 @@ static double cpu_ms(void)
     struct timespec t;
     clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
     return (double)t.tv_sec * 1e3 + (double)t.tv_nsec * 1e-6;
-}
-
-static void die(pnb_context *context)
-{
-    fprintf(stderr, "penumbra: error: %s\n", pnb_context_error(context));
-    exit(1);
-}
-
-enum shape { SPHERE, TORUS, KNOT, BLOB };
-
-static void point_of(enum shape shape, double u, double v, double *p)
-{
-    double a = 2 * M_PI * u, b = 2 * M_PI * v;
-    if (shape == SPHERE || shape == BLOB) {
-        double t = M_PI * v;
-        double r = 1;
-        if (shape == BLOB)
-            r += 0.12 * sin(5 * a) * sin(4 * t) + 0.08 * sin(11 * a + 1) * sin(9 * t) +
-                 0.05 * sin(17 * t + 2 * a);
-        p[0] = r * sin(t) * cos(a);
-        p[1] = r * cos(t);
-        p[2] = r * sin(t) * sin(a);
-    } else if (shape == TORUS) {
-        p[0] = (1 + 0.4 * cos(b)) * cos(a);
-        p[1] = 0.4 * sin(b);
-        p[2] = (1 + 0.4 * cos(b)) * sin(a);
-    } else { /* a (3, 7) torus knot's tube */
-        double c[3], d[3], e[3], n[3], m[3], h = 1e-4;
-        for (int k = 0; k < 2; k++) {
-            double s = 2 * M_PI * (u + k * h), r = 1 + 0.45 * cos(7 * s);
-            double *q = k ? d : c;
-            q[0] = r * cos(3 * s);
-            q[1] = 0.45 * sin(7 * s);
-            q[2] = r * sin(3 * s);
-        }
-        double length = 0;
-        for (int k = 0; k < 3; k++) {
-            e[k] = d[k] - c[k];
-            length += e[k] * e[k];
-        }
-        length = sqrt(length);
-        for (int k = 0; k < 3; k++)
-            e[k] /= length;
-        double out[3] = {c[0], 0.2, c[2]};
-        double along = out[0] * e[0] + out[1] * e[1] + out[2] * e[2], size = 0;
-        for (int k = 0; k < 3; k++) {
-            n[k] = out[k] - along * e[k];
-            size += n[k] * n[k];
-        }
-        size = sqrt(size);
-        for (int k = 0; k < 3; k++)
-            n[k] /= size;
-        m[0] = e[1] * n[2] - e[2] * n[1];
-        m[1] = e[2] * n[0] - e[0] * n[2];
-        m[2] = e[0] * n[1] - e[1] * n[0];
-        for (int k = 0; k < 3; k++)
-            p[k] = c[k] + 0.12 * (cos(b) * n[k] + sin(b) * m[k]);
-    }
-}
-
-/* Ground plane and one mesh of rows x columns, two metres above it. */
-static pnb_scene *make_scene(pnb_context *context, enum shape shape, int rows, int columns)
-{
-    pnb_scene *scene;
-    size_t index;
-    const double grey[3] = {0.8, 0.8, 0.8};
-    if (pnb_scene_create(context, &scene) ||
-        scene_add_plane(scene, "ground", v3(0, 0, 0), v3(0, 1, 0), 10, grey, &index))
-        die(context);
-    bool poles = shape == SPHERE || shape == BLOB;
-    int count_v = poles ? columns + 1 : columns;
-    float *p = malloc(sizeof(float) * 3 * (size_t)rows * (size_t)count_v);
-    uint32_t *t = malloc(sizeof(uint32_t) * 6 * (size_t)rows * (size_t)columns);
-    for (int i = 0; i < rows; i++)
-        for (int j = 0; j < count_v; j++) {
-            double q[3];
-            point_of(shape, (double)i / rows, (double)j / columns, q);
-            /* The poles are one point each. */
-            if (poles && (j == 0 || j == columns))
-                point_of(shape, 0, (double)j / columns, q);
-            if (poles && j == 0)
-                q[0] = q[2] = 0;
-            if (poles && j == columns)
-                q[0] = q[2] = 0;
-            float *out = p + 3 * ((size_t)i * count_v + j);
-            out[0] = (float)q[0];
-            out[1] = (float)(q[1] + 2);
-            out[2] = (float)q[2];
-        }
-    size_t n = 0;
-    for (int i = 0; i < rows; i++)
-        for (int j = 0; j < columns; j++) {
-            uint32_t a = (uint32_t)(i * count_v + j), b = (uint32_t)((i + 1) % rows * count_v + j);
-            uint32_t c = (uint32_t)((i + 1) % rows * count_v + (j + 1) % count_v);
-            uint32_t d = (uint32_t)(i * count_v + (j + 1) % count_v);
-            uint32_t quad[6] = {a, b, c, a, c, d};
-            for (int k = 0; k < 6; k += 3) {
-                /* At a pole one of the two has no area: its points a and b, or c and d, are one. */
-                if (poles && (j == 0 ? k == 0 : j == columns - 1 && k == 3))
-                    continue;
-                memcpy(t + 3 * n++, quad + k, 3 * sizeof(*t));
-            }
-        }
-    pnb_mesh_desc mesh = {.positions = p,
-                          .vertex_count = (size_t)rows * (size_t)count_v,
-                          .indices = t,
-                          .triangle_count = n};
-    pnb_object object = {.name = "occluder",
-                         .world_from_mesh = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0},
-                         .color = {1, 1, 1},
-                         .casts = true,
-                         .receives = true};
-    if (pnb_scene_add_mesh(scene, &mesh, &object.mesh) ||
-        pnb_scene_add_object(scene, &object, &index))
-        die(context);
-    free(p);
-    free(t);
-    return scene;
 }
 
 static void light_of(int set, pnb_light *light)
@@ -233,7 +117,7 @@ static void silhouettes(struct setting *s, int set, int k)
     for (size_t i = 0; i < s->plane.occluder_count; i++)
         if (silhouette_from_points(s->context, &s->plane.occluders[i], samples, (size_t)k,
                                    s->builder.outlines))
-            die(s->context);
+            bench_die(s->context);
 }
 
 static double run_peer(struct setting *s, int k, bool levels)
@@ -262,7 +146,7 @@ static double run_ours(struct setting *s, int k, bool fill)
     for (int set = 0; set < SETS; set++)
         if (shadow_build(&s->builder, &s->plane, &s->shapes[set], s->clusters[set], &s->settings,
                          &s->part))
-            die(s->context);
+            bench_die(s->context);
     return (cpu_ms() - begin) / SETS;
 }
 
@@ -315,14 +199,14 @@ static void steadiness(void)
             return;
         if (pnb_scene_load(context, scenes[n], &scene) ||
             pnb_solver_create(context, scene, &(pnb_solver_desc){.method = "exact"}, &exact))
-            die(context);
+            bench_die(context);
         for (int m = 0; m < mode_count; m++) {
             pnb_solver_desc desc = {.method = "planar",
                                     .samples = modes[m].samples,
                                     .params = &modes[m].param,
                                     .param_count = 1};
             if (pnb_solver_create(context, scene, &desc, &solvers[m]))
-                die(context);
+                bench_die(context);
         }
         for (int step = 0; step <= steps; step++) {
             pnb_light light;
@@ -331,10 +215,10 @@ static void steadiness(void)
             light.shape.rectangle.center[2] += 0.1 * step / steps;
             int now = step & 1, old = !now;
             if (pnb_solver_visibility(exact, &light, &receivers, truth[now]))
-                die(context);
+                bench_die(context);
             for (int m = 0; m < mode_count; m++) {
                 if (pnb_solver_visibility(solvers[m], &light, &receivers, seen[m][now]))
-                    die(context);
+                    bench_die(context);
                 double jump = 0;
                 for (int i = 0; i < points && step > 0; i++)
                     if (!isnan(seen[m][now][i]))
@@ -359,20 +243,25 @@ int main(int argc, char **argv)
 {
     static const struct {
         const char *name;
-        enum shape shape;
+        enum bench_shape shape;
         int rows, columns;
     } meshes[] = {
-        {"sphere", SPHERE, 100, 50}, {"torus", TORUS, 100, 50},    {"knot", KNOT, 500, 10},
-        {"blob", BLOB, 100, 50},     {"blob-50k", BLOB, 316, 158},
+        {"sphere", BENCH_SPHERE, 100, 50},  {"torus", BENCH_TORUS, 100, 50},
+        {"knot", BENCH_KNOT, 500, 10},      {"blob", BENCH_BLOB, 100, 50},
+        {"blob-50k", BENCH_BLOB, 316, 158},
     };
     static const int counts[] = {1, 3, 8, 16};
     if (argc > 1 && strcmp(argv[1], "--steady") == 0) {
         steadiness();
         return 0;
     }
+    if (argc > 1 && strcmp(argv[1], "--quality") == 0) {
+        bench_planar_quality();
+        return 0;
+    }
     bool json = argc > 1 && strcmp(argv[1], "--json") == 0;
     if (argc > 1 && !json) {
-        printf("usage: penumbra bench planar [--json | --steady]\n");
+        printf("usage: penumbra bench planar [--json | --quality | --steady]\n");
         return strcmp(argv[1], "--help") ? 2 : 0;
     }
     if (json)
@@ -385,10 +274,10 @@ int main(int argc, char **argv)
         if (pnb_context_create(&(pnb_context_desc){.threads = 1}, &s.context))
             return 1;
         pnb_scene *scene =
-            make_scene(s.context, meshes[m].shape, meshes[m].rows, meshes[m].columns);
+            bench_scene(s.context, meshes[m].shape, meshes[m].rows, meshes[m].columns);
         if (shadow_builder_init(s.context, scene, &s.builder) ||
-            shadow_plane_init(s.context, scene, 0, v3(0, 9, 0), &s.plane))
-            die(s.context);
+            shadow_plane_init(s.context, scene, NULL, 0, v3(0, 9, 0), &s.plane))
+            bench_die(s.context);
         pnb_mesh_info info;
         pnb_scene_mesh_info(scene, 1, &info);
         for (int set = 0; set < SETS; set++) {
@@ -397,7 +286,7 @@ int main(int argc, char **argv)
             light_of(set, &light);
             if (light_shape_init(s.context, &light, &s.shapes[set]) ||
                 shadow_clusters(s.context, &s.shapes[set], &s.clusters[set], &count))
-                die(s.context);
+                bench_die(s.context);
             s.shapes[set].light = light;
         }
         s.settings.mend = SHADOW_MEND_EVEN;

@@ -34,6 +34,8 @@ static const char help_text[] =
     "examples\n"
     "  penumbra compare builtin:fence -o report\n"
     "  penumbra compare cow.obj builtin:knot --methods pcss,wedge-blend -s 640x480 -o report\n"
+    "  penumbra compare cow.obj --methods planar:8,planar:8:placement=border,exact -o r\n"
+    "  penumbra compare builtin:all -s 400x300 -o report\n"
     "  penumbra compare cow.obj --methods reference:16,reference:64 --truth-samples 16384 -o r\n"
     "  penumbra compare scene.json --image cycles.exr --image other-visibility.pfm -o report\n";
 
@@ -195,12 +197,11 @@ static char *command_line(int argc, char **argv)
 }
 
 /* Before the work: can all scenes be read, and is there anything to compare in one of them? */
-static int check_scenes(struct cli_session *session)
+static int check_scenes(struct cli_session *session, const struct compare_run *run)
 {
-    const struct cli_options *options = session->options;
     size_t entries = 0;
-    for (size_t i = 0; i < options->operand_count; i++) {
-        struct compare_scene scene = {.path = options->operands[i]};
+    for (size_t i = 0; i < run->path_count; i++) {
+        struct compare_scene scene = {.path = run->paths[i], .one_of_several = true};
         int result = compare_scene_check(session, &scene);
         entries += scene.entry_count;
         compare_scene_finish(session->context, &scene);
@@ -211,39 +212,62 @@ static int check_scenes(struct cli_session *session)
                        : cli_error("compare", "no method is left: none can do any of the scenes");
 }
 
+/* Everything that is measured, in the order of the page's parts; each writes its section. */
+static int run_scenes(struct cli_session *session, struct compare_run *run, const pnb_image *images,
+                      int truth_samples, FILE *body, json_t *scenes)
+{
+    const struct cli_options *options = session->options;
+    int result = CLI_GO_ON;
+    for (size_t i = 0; i < run->path_count && result == CLI_GO_ON; i++) {
+        struct compare_scene *scene = &run->scenes[run->scene_count++];
+        *scene =
+            (struct compare_scene){.path = run->paths[i], .one_of_several = run->path_count > 1};
+        result = compare_scene_run(session, images, truth_samples, scene);
+        if (result != CLI_GO_ON)
+            break;
+        report_html_scene(body, run, scene, i);
+        compare_scene_drop_pictures(session->context, scene);
+        json_array_append_new(scenes, report_json_scene(run, scene));
+        cli_session_clear_bar(session);
+        if (!options->json && !options->quiet)
+            print_table(scene);
+    }
+    return result;
+}
+
 static int run_all(struct cli_session *session, struct compare_run *run, const pnb_image *images,
                    int truth_samples)
 {
     const struct cli_options *options = session->options;
-    char *page_text = NULL, *report_text = NULL;
-    size_t page_size = 0;
-    FILE *page = open_memstream(&page_text, &page_size);
+    char *head_text = NULL, *body_text = NULL, *report_text = NULL;
+    size_t head_size = 0, body_size = 0;
+    FILE *head = open_memstream(&head_text, &head_size);
+    FILE *body = open_memstream(&body_text, &body_size);
     json_t *scenes = json_array();
-    int result = page && scenes ? CLI_GO_ON : no_memory();
-    if (page)
-        report_html_begin(page, run, options->operand_count);
-    for (size_t i = 0; i < options->operand_count && result == CLI_GO_ON; i++) {
-        struct compare_scene scene = {.path = options->operands[i]};
-        result = compare_scene_run(session, images, truth_samples, &scene);
-        if (result == CLI_GO_ON) {
-            report_html_scene(page, run, &scene, i);
-            json_array_append_new(scenes, report_json_scene(run, &scene));
-            cli_session_clear_bar(session);
-            if (!options->json && !options->quiet)
-                print_table(&scene);
-        }
-        compare_scene_finish(session->context, &scene);
+    run->scenes = calloc(run->path_count, sizeof(*run->scenes));
+    int result = head && body && scenes && run->scenes ? CLI_GO_ON : no_memory();
+    if (result == CLI_GO_ON)
+        result = run_scenes(session, run, images, truth_samples, body, scenes);
+    if (result == CLI_GO_ON) {
+        report_html_begin(head, run);
+        report_html_summary(head, run);
+        report_html_end(body, run);
     }
-    if (page) {
-        report_html_end(page, run);
-        if ((ferror(page) | fclose(page)) && result == CLI_GO_ON)
-            result = no_memory();
-    }
+    bool bad = head && (ferror(head) | fclose(head));
+    bad |= body && (ferror(body) | fclose(body));
+    if (bad && result == CLI_GO_ON)
+        result = no_memory();
     json_t *report = report_json(run, scenes);
     if (result == CLI_GO_ON) {
         report_text = json_dumps(report, JSON_INDENT(2) | JSON_REAL_PRECISION(9));
-        result =
-            report_text ? write_results(session, page_text, page_size, report_text) : no_memory();
+        char *page = malloc(head_size + body_size);
+        result = report_text && page ? CLI_GO_ON : no_memory();
+        if (result == CLI_GO_ON) {
+            memcpy(page, head_text, head_size);
+            memcpy(page + head_size, body_text, body_size);
+            result = write_results(session, page, head_size + body_size, report_text);
+        }
+        free(page);
     }
     if (result == CLI_GO_ON && options->json)
         result = cli_json_print(json_incref(report));
@@ -251,8 +275,32 @@ static int run_all(struct cli_session *session, struct compare_run *run, const p
         printf("%s/index.html\n", options->output);
     json_decref(report);
     free(report_text);
-    free(page_text);
+    free(head_text);
+    free(body_text);
+    for (size_t i = 0; run->scenes && i < run->scene_count; i++)
+        compare_scene_finish(session->context, &run->scenes[i]);
+    free(run->scenes);
     return result == CLI_GO_ON ? CLI_EXIT_DONE : result;
+}
+
+/* "builtin:all" stands for every built-in scene. Paths are ours to free. */
+static bool list_paths(const struct cli_options *options, struct compare_run *run)
+{
+    run->paths = calloc(options->operand_count * (pnb_builtin_count() + 1), sizeof(*run->paths));
+    for (size_t i = 0; run->paths && i < options->operand_count; i++) {
+        bool all = strcmp(options->operands[i], "builtin:all") == 0;
+        for (size_t k = 0; k < (all ? pnb_builtin_count() : 1); k++) {
+            pnb_builtin_info info;
+            char path[300];
+            pnb_builtin(k, &info);
+            snprintf(path, sizeof(path), "builtin:%s", info.name);
+            run->paths[run->path_count] = strdup(all ? path : options->operands[i]);
+            if (!run->paths[run->path_count])
+                return false;
+            run->path_count++;
+        }
+    }
+    return run->paths != NULL;
 }
 
 static int check_line(const struct cli_options *options, long *truth_samples)
@@ -301,12 +349,17 @@ int command_compare(int argc, char **argv)
             cli_session_warn(&session, "the truth has fewer than 1024 samples: the figures "
                                        "contain its own noise");
         result = read_images(&session, images);
-        if (result == CLI_GO_ON && options.operand_count > 1)
-            result = check_scenes(&session);
+        if (result == CLI_GO_ON && !list_paths(&options, &run))
+            result = no_memory();
+        if (result == CLI_GO_ON && run.path_count > 1)
+            result = check_scenes(&session, &run);
         if (result == CLI_GO_ON)
             result = run_all(&session, &run, images, (int)truth_samples);
         for (size_t i = 0; i < options.image_count; i++)
             pnb_image_finish(session.context, &images[i]);
+        for (size_t i = 0; i < run.path_count; i++)
+            free(run.paths[i]);
+        free(run.paths);
         cli_session_finish(&session);
     }
     free(images);

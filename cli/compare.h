@@ -16,18 +16,21 @@ struct compare_png {
 
 /* One method at one setting, or one file of another program. */
 struct compare_entry {
-    char label[128];                 /* "wedge", "reference:64", "cycles.exr": each once */
-    const char *name;                /* the method's, or the file's path */
-    const pnb_method_info *method;   /* NULL: a file */
-    int samples;                     /* in use; 0: the method does not sample */
+    char label[128];               /* "wedge", "reference:64", "cycles.exr": each once */
+    const char *name;              /* the method's, or the file's path */
+    const pnb_method_info *method; /* NULL: a file */
+    int samples;                   /* in use; 0: the method does not sample */
+    pnb_solver_param *params;      /* its own and those of -p that the method has; texts borrowed */
+    size_t param_count;
+    bool figures_only;               /* one of a series: no pictures on the page */
     bool picture_only;               /* a file with colours: judged by its picture */
     double prepare_ms, milliseconds; /* NaN for files */
     pnb_errors errors;
-    float *error; /* per pixel, V - truth; NaN where nothing is counted */
-    struct compare_png picture, visibility, error_map; /* visibility: none if picture_only */
-    /* The error itself, for other scales: grey code 0 where nothing is counted, else
-     * 128 + 127 sign(e) sqrt(|e|). */
-    struct compare_png error_codes;
+    float *error; /* per pixel, V - truth; NaN where nothing is counted; gone once it is drawn */
+    struct compare_png picture, visibility; /* visibility: none if picture_only */
+    /* Our own memory. The pixels are codes, 0 where nothing is counted, else
+     * 128 + 127 sign(e) sqrt(|e|), coloured by a palette: another palette, another scale. */
+    struct compare_png error_map;
     char device[256];
     char **warnings;
     size_t warning_count;
@@ -36,6 +39,8 @@ struct compare_entry {
 
 struct compare_scene {
     const char *path;
+    const char *title;   /* of a built-in scene, else NULL */
+    bool one_of_several; /* methods that cannot do it are left out */
     int width, height;
     size_t light_index, light_count, triangle_count;
     const char *light_type;
@@ -59,6 +64,13 @@ struct compare_run {
     char processor[256];
     int threads;
     const struct cli_options *options;
+    char **paths; /* of the scenes */
+    size_t path_count;
+    struct compare_scene *scenes; /* done so far; without their pictures */
+    size_t scene_count;
+    struct compare_motion *motion; /* per scene, or NULL: not asked for */
+    struct compare_curves *curves; /* or NULL */
+    struct compare_papers *papers; /* or NULL */
 };
 
 /* Loads scene->path and fills the rest. images: one per file of --image, of the right size.
@@ -69,23 +81,63 @@ int compare_scene_run(struct cli_session *session, const pnb_image *images, int 
  * long work. As above; entries holds those that can. */
 int compare_scene_check(struct cli_session *session, struct compare_scene *scene);
 void compare_scene_finish(pnb_context *context, struct compare_scene *scene);
+/* Frees the pictures and errors per pixel; figures stay. */
+void compare_scene_drop_pictures(pnb_context *context, struct compare_scene *scene);
+
+/* An 8-bit grey PNG with 256 colours instead of its greys; out: malloc()ed. */
+bool compare_png_palette(const uint8_t *grey, size_t size, const uint8_t (*colors)[3],
+                         struct compare_png *out);
+/* The colours of error codes when the ends of the map are -scale and scale. */
+void compare_error_colors(double scale, uint8_t (*colors)[3]);
+double compare_srgb(double linear); /* [0,1] both */
 
 /* report.json; a new reference. */
 json_t *report_json_scene(const struct compare_run *run, const struct compare_scene *scene);
 json_t *report_json(const struct compare_run *run, json_t *scenes);
 
-/* The page: head, a section per scene, foot. */
-void report_html_begin(FILE *page, const struct compare_run *run, size_t scene_count);
+/* The page: head, a section per scene, foot. The head is written last: it holds the summary. */
+void report_html_begin(FILE *page, const struct compare_run *run);
 void report_html_scene(FILE *page, const struct compare_run *run, const struct compare_scene *scene,
                        size_t index);
 void report_html_end(FILE *page, const struct compare_run *run);
-void report_html_text(FILE *page, const char *text); /* escaped */
+void report_html_text(FILE *page, const char *text);              /* escaped */
+const char *report_scene_name(const struct compare_scene *scene); /* its path without "builtin:" */
+void report_html_count(FILE *page, size_t count);                 /* 1,234,567 */
+void report_html_duration(FILE *page, double ms);
+void report_html_entry(FILE *page, const pnb_method_info *method, const char *label); /* with dot */
+/* Which method for which scene, the figures of all, error against time over all scenes. */
+void report_html_summary(FILE *page, const struct compare_run *run);
 
-/* Inline SVG: RMSE against milliseconds, both logarithmic. */
+/* ---- drawings: inline SVG on logarithmic axes ---- */
+
+#define REPORT_COLORS 15 /* --c0 ... of the style sheet; the last one for files */
+
+struct report_point {
+    const char *label, *name; /* the label begins with the name */
+    const char *group;        /* points of one group are joined, by order */
+    double order;
+    int color;
+    double time, error;
+};
+
+struct report_curve {
+    const char *label;
+    int color;
+    const double *x, *y; /* NaN: no point */
+    size_t count;
+};
+
+/* With the front of those that no other one beats in both time and error. */
+void report_plot_points(FILE *page, const struct report_point *points, size_t count,
+                        const char *x_title, const char *y_title);
+void report_plot_curves(FILE *page, const struct report_curve *curves, size_t count,
+                        const char *x_title, const char *y_title);
+/* RMSE against milliseconds. */
 void report_plot_time(FILE *page, const struct compare_scene *scene);
-/* Which of the style sheet's colours --c0 ... --c7 stands for the entry's method. */
-int report_color(const struct compare_scene *scene, const struct compare_entry *entry);
-/* Inline SVG: how many pixels have which error. */
+struct report_point report_point(const struct compare_entry *entry, double time, double error);
+/* Which of the style sheet's colours stands for the method (NULL: a file). */
+int report_color(const pnb_method_info *method);
+/* How many pixels have which error. */
 void report_plot_histogram(FILE *page, const struct compare_scene *scene,
                            const struct compare_entry *entry);
 

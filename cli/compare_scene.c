@@ -32,7 +32,6 @@ struct bench {
     float *truth;         /* of these the compared one's */
     float *truth_rgb;
     float *rgb, *visibility; /* the entry at hand */
-    pnb_solver_param *params;
 };
 
 static bool add_text(char ***texts, size_t *count, const char *text)
@@ -104,18 +103,6 @@ static int shade(struct bench *bench, const float *visibility)
 }
 
 /* ---- solving ---- */
-
-/* The parameters among -p that the method has. */
-static size_t params_of(const struct cli_options *options, const pnb_method_info *method,
-                        pnb_solver_param *params)
-{
-    size_t count = 0;
-    for (size_t p = 0; p < options->param_count; p++)
-        for (size_t i = 0; i < method->param_count; i++)
-            if (strcmp(options->params[p].key, method->params[i].key) == 0)
-                params[count++] = options->params[p];
-    return count;
-}
 
 static int solve_truth(struct bench *bench, int samples)
 {
@@ -217,17 +204,17 @@ static void keep_report(struct compare_entry *entry, const pnb_solver_report *re
 static void free_entry(pnb_context *context, struct compare_entry *entry)
 {
     free(entry->error);
+    free(entry->params);
     pnb_bytes_free(context, entry->picture.bytes);
     pnb_bytes_free(context, entry->visibility.bytes);
-    pnb_bytes_free(context, entry->error_map.bytes);
-    pnb_bytes_free(context, entry->error_codes.bytes);
+    free(entry->error_map.bytes);
     free_texts(entry->warnings, entry->warning_count);
 }
 
 /* Nothing was chosen: all methods, and a series of the reference instead of its one default. */
 static bool chooses_freely(const struct cli_options *options)
 {
-    return options->method_count == 0 && options->image_count == 0;
+    return options->choice_count == 0 && options->image_count == 0;
 }
 
 /* Methods that cannot do the scene are then left out. */
@@ -238,9 +225,9 @@ static bool compares_all(const struct cli_options *options)
 
 /* Several scenes go on without a method that cannot do one of them, and a choice of all methods
  * without those that cannot; else it is an error. */
-static bool tolerates(const struct cli_options *options, pnb_status status)
+static bool tolerates(const struct bench *bench, pnb_status status)
 {
-    return (compares_all(options) || options->operand_count > 1) &&
+    return (compares_all(bench->options) || bench->result->one_of_several) &&
            (status == PNB_ERROR_UNSUPPORTED || status == PNB_ERROR_DEVICE);
 }
 
@@ -267,8 +254,8 @@ static pnb_status create_solver(struct bench *bench, const struct compare_entry 
 {
     pnb_solver_desc desc = {.method = entry->name,
                             .samples = entry->samples,
-                            .params = bench->params,
-                            .param_count = params_of(bench->options, entry->method, bench->params)};
+                            .params = entry->params,
+                            .param_count = entry->param_count};
     return pnb_solver_create(bench->session->context, bench->scene, &desc, out_solver);
 }
 
@@ -288,7 +275,7 @@ static int check_methods(struct bench *bench)
         pnb_solver_destroy(solver);
         if (status == PNB_OK)
             i++;
-        else if (tolerates(bench->options, status))
+        else if (tolerates(bench, status))
             leave_out(bench, i);
         else
             return cli_session_fail(bench->session);
@@ -311,7 +298,7 @@ static int run_method(struct bench *bench, struct compare_entry *entry, bool *le
         keep_report(entry, &report);
     }
     pnb_solver_destroy(solver);
-    *left_out = tolerates(bench->options, status);
+    *left_out = tolerates(bench, status);
     if (*left_out) {
         leave_out(bench, (size_t)(entry - bench->result->entries));
         return CLI_GO_ON;
@@ -319,6 +306,8 @@ static int run_method(struct bench *bench, struct compare_entry *entry, bool *le
     if (status != PNB_OK)
         return cli_session_fail(session);
     int result = judge(bench, entry, bench->visibility);
+    if (entry->figures_only)
+        return result;
     if (result == CLI_GO_ON)
         result = encode_visibility(bench, bench->visibility, &entry->visibility);
     if (result == CLI_GO_ON)
@@ -380,42 +369,78 @@ static int run_image(struct bench *bench, struct compare_entry *entry, const pnb
 
 /* ---- what is compared ---- */
 
-static void add_entry(struct compare_scene *scene, const pnb_method_info *method, int samples,
+/* The parameters of the choice, and of -p those that the method has and the choice does not set. */
+static bool take_params(struct compare_entry *entry, const struct cli_choice *choice,
+                        const struct cli_options *options)
+{
+    entry->params = calloc(choice->param_count + options->param_count + 1, sizeof(*entry->params));
+    if (!entry->params)
+        return false;
+    for (size_t i = 0; i < choice->param_count; i++)
+        entry->params[entry->param_count++] = choice->params[i];
+    for (size_t p = 0; p < options->param_count; p++) {
+        const char *key = options->params[p].key;
+        bool known = false, own = false;
+        for (size_t i = 0; i < entry->method->param_count; i++)
+            known |= strcmp(key, entry->method->params[i].key) == 0;
+        for (size_t i = 0; i < choice->param_count; i++)
+            own |= strcmp(key, choice->params[i].key) == 0;
+        if (known && !own)
+            entry->params[entry->param_count++] = options->params[p];
+    }
+    return true;
+}
+
+static bool add_entry(struct compare_scene *scene, const struct cli_choice *choice,
                       const struct cli_options *options)
 {
     struct compare_entry *entry = &scene->entries[scene->entry_count++];
+    const pnb_method_info *method = pnb_method_find(choice->method);
     entry->method = method;
     entry->name = method->name;
+    entry->figures_only = choice->figures_only;
     if (method->samples)
-        entry->samples = samples            ? samples
+        entry->samples = choice->samples    ? choice->samples
                          : options->samples ? options->samples
                                             : method->default_samples;
-    if (samples)
-        snprintf(entry->label, sizeof(entry->label), "%s:%d", method->name, samples);
-    else
-        snprintf(entry->label, sizeof(entry->label), "%s", method->name);
+    snprintf(entry->label, sizeof(entry->label), "%s", choice->label);
+    return take_params(entry, choice, options);
+}
+
+/* Without --methods: all of them, and a series of the reference instead of its one default. */
+static bool add_defaults(struct compare_scene *scene, const struct cli_options *options)
+{
+    static const int series[] = {16, 64, 256, 1024};
+    bool good = true;
+    for (size_t i = 0; i < pnb_method_count() && good; i++) {
+        struct cli_choice choice = {.method = pnb_method(i)->name};
+        snprintf(choice.label, sizeof(choice.label), "%s", choice.method);
+        if (strcmp(choice.method, "reference") != 0 || options->samples) {
+            good = add_entry(scene, &choice, options);
+            continue;
+        }
+        for (int k = 0; k < 4 && good; k++) {
+            choice.samples = series[k];
+            snprintf(choice.label, sizeof(choice.label), "%s:%d", choice.method, series[k]);
+            good = add_entry(scene, &choice, options);
+        }
+    }
+    return good;
 }
 
 static int choose_entries(struct bench *bench)
 {
-    static const int series[] = {16, 64, 256, 1024};
     struct compare_scene *result = bench->result;
     const struct cli_options *options = bench->options;
-    bool free_choice = chooses_freely(options);
-    size_t methods = free_choice ? pnb_method_count() : options->method_count;
-    result->entries = calloc(methods + 4 + options->image_count, sizeof(*result->entries));
-    if (!result->entries)
+    size_t most = options->choice_count + pnb_method_count() + 4 + options->image_count;
+    result->entries = calloc(most, sizeof(*result->entries));
+    bool good = result->entries != NULL;
+    if (good && chooses_freely(options))
+        good = add_defaults(result, options);
+    for (size_t i = 0; i < options->choice_count && good; i++)
+        good = add_entry(result, &options->choices[i], options);
+    if (!good)
         return no_memory();
-    for (size_t i = 0; i < methods; i++) {
-        const pnb_method_info *method =
-            free_choice ? pnb_method(i) : pnb_method_find(options->methods[i]);
-        if (free_choice && strcmp(method->name, "reference") == 0 && !options->samples) {
-            for (int k = 0; k < 4; k++)
-                add_entry(result, method, series[k], options);
-        } else {
-            add_entry(result, method, free_choice ? 0 : options->method_samples[i], options);
-        }
-    }
     for (size_t i = 0; i < options->image_count; i++) {
         struct compare_entry *entry = &result->entries[result->entry_count++];
         const char *slash = strrchr(options->images[i], '/');
@@ -437,53 +462,53 @@ static double common_scale(const struct compare_scene *scene)
     const size_t count = sizeof(round) / sizeof(round[0]);
     double largest = 0;
     for (size_t i = 0; i < scene->entry_count; i++)
-        largest = fmax(largest, scene->entries[i].errors.p99_error);
+        if (!scene->entries[i].figures_only)
+            largest = fmax(largest, scene->entries[i].errors.p99_error);
     for (size_t k = 0; k < count; k++)
         if (largest <= round[k])
             return round[k];
     return round[count - 1];
 }
 
-/* Fine steps near 0, where good methods differ: a step of 0.00006 there, of 0.016 at the ends. */
-static pnb_status encode_error(pnb_context *context, const struct compare_scene *scene,
-                               const float *error, struct compare_png *png)
+/* Codes with fine steps near 0, where good methods differ (0.00006 there, 0.016 at the ends), and a
+ * palette that colours them. */
+static int draw_error_map(struct bench *bench, struct compare_entry *entry,
+                          const uint8_t (*colors)[3])
 {
+    const struct compare_scene *scene = bench->result;
+    pnb_context *context = bench->session->context;
     pnb_image codes;
-    pnb_status status = pnb_image_create(context, scene->width, scene->height, 1, &codes);
-    if (status != PNB_OK)
-        return status;
-    size_t pixels = (size_t)scene->width * (size_t)scene->height;
-    for (size_t i = 0; i < pixels; i++) {
-        double size = fmin(fabs(error[i]), 1);
-        codes.data[i] = isnan(error[i])
-                            ? 0
-                            : (float)((128 + round(copysign(127 * sqrt(size), error[i]))) / 255);
+    if (pnb_image_create(context, scene->width, scene->height, 1, &codes) != PNB_OK)
+        return cli_session_fail(bench->session);
+    for (size_t i = 0; i < bench->pixels; i++) {
+        double size = fmin(fabs(entry->error[i]), 1);
+        codes.data[i] =
+            isnan(entry->error[i])
+                ? 0
+                : (float)((128 + round(copysign(127 * sqrt(size), entry->error[i]))) / 255);
     }
-    status = pnb_image_encode_png(context, &codes, false, &png->bytes, &png->size);
+    uint8_t *grey;
+    size_t size;
+    pnb_status status = pnb_image_encode_png(context, &codes, false, &grey, &size);
     pnb_image_finish(context, &codes);
-    return status;
+    if (status != PNB_OK)
+        return cli_session_fail(bench->session);
+    bool good = compare_png_palette(grey, size, colors, &entry->error_map);
+    pnb_bytes_free(context, grey);
+    return good ? CLI_GO_ON : no_memory();
 }
 
 static int draw_error_maps(struct bench *bench)
 {
     struct compare_scene *result = bench->result;
-    pnb_context *context = bench->session->context;
+    uint8_t colors[256][3];
+    int done = CLI_GO_ON;
     result->error_scale = common_scale(result);
-    for (size_t i = 0; i < result->entry_count; i++) {
-        struct compare_entry *entry = &result->entries[i];
-        pnb_image map;
-        pnb_status status = pnb_image_error_map(context, entry->error, result->width,
-                                                result->height, result->error_scale, false, &map);
-        if (status == PNB_OK)
-            status = pnb_image_encode_png(context, &map, true, &entry->error_map.bytes,
-                                          &entry->error_map.size);
-        pnb_image_finish(context, &map);
-        if (status == PNB_OK)
-            status = encode_error(context, result, entry->error, &entry->error_codes);
-        if (status != PNB_OK)
-            return cli_session_fail(bench->session);
-    }
-    return CLI_GO_ON;
+    compare_error_colors(result->error_scale, colors);
+    for (size_t i = 0; i < result->entry_count && done == CLI_GO_ON; i++)
+        if (!result->entries[i].figures_only)
+            done = draw_error_map(bench, &result->entries[i], colors);
+    return done;
 }
 
 /* The scene, its light, what is compared. */
@@ -498,12 +523,15 @@ static int load(struct bench *bench)
     result->light_index = options->light_index;
     result->light_count = pnb_scene_light_count(bench->scene);
     result->triangle_count = pnb_scene_triangle_count(bench->scene);
+    for (size_t i = 0; i < pnb_builtin_count(); i++) {
+        pnb_builtin_info info;
+        pnb_builtin(i, &info);
+        if (strncmp(result->path, "builtin:", 8) == 0 && strcmp(result->path + 8, info.name) == 0)
+            result->title = info.title;
+    }
     bench->pixels = (size_t)result->width * (size_t)result->height;
     if (result->light_count == 0)
         return cli_error(result->path, "has no light, so there is nothing to compare");
-    bench->params = calloc(options->param_count + 1, sizeof(*bench->params));
-    if (!bench->params)
-        return no_memory();
     pnb_scene_light(bench->scene, result->light_index, &bench->light);
     result->light_type = pnb_light_type_name(bench->light.type);
     done = choose_entries(bench);
@@ -557,9 +585,24 @@ static void finish_bench(struct bench *bench)
     free(bench->rgb);
     free(bench->truth_rgb);
     free(bench->mask);
-    free(bench->params);
     pnb_surface_destroy(bench->surface);
     pnb_scene_destroy(bench->scene);
+}
+
+void compare_scene_drop_pictures(pnb_context *context, struct compare_scene *scene)
+{
+    for (size_t i = 0; i < scene->entry_count; i++) {
+        struct compare_entry *entry = &scene->entries[i];
+        free(entry->error);
+        free(entry->error_map.bytes);
+        pnb_bytes_free(context, entry->picture.bytes);
+        pnb_bytes_free(context, entry->visibility.bytes);
+        entry->error = NULL;
+        entry->picture = entry->visibility = entry->error_map = (struct compare_png){0};
+    }
+    pnb_bytes_free(context, scene->truth_picture.bytes);
+    pnb_bytes_free(context, scene->truth_visibility.bytes);
+    scene->truth_picture = scene->truth_visibility = (struct compare_png){0};
 }
 
 void compare_scene_finish(pnb_context *context, struct compare_scene *scene)

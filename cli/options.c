@@ -4,6 +4,7 @@
  * attached (-s640x480); letters without a value may be joined (-qh). "--" ends the options. Names
  * are never abbreviated. Of an option that may be given once, the last one counts.
  */
+#define _GNU_SOURCE
 #include "options.h"
 
 #include <errno.h>
@@ -30,7 +31,8 @@ struct shared_option {
 static const struct shared_option shared_options[] = {
     {CLI_METHOD, 'm', "method", "NAME", "the shadow method; 'penumbra methods' lists them"},
     {CLI_METHODS, 0, "methods", "A,B|all",
-     "several methods, separated by commas; A:64 with 64 light samples"},
+     "several methods, separated by commas; A:64 with 64 light samples,\n"
+     "                            A:64:KEY=VALUE with parameters of its own"},
     {CLI_OUTPUT, 'o', "output", "PATH", NULL},
     {CLI_SIZE, 's', "size", "WxH", "pixels of the picture (default 800x600)"},
     {CLI_LIGHT, 0, "light", "'SPEC'",
@@ -225,59 +227,186 @@ static bool read_size(struct cli_options *options, const char *text)
     return true;
 }
 
-/* samples: 0 for the method's own number. */
-static bool add_method(struct cli_options *options, const char *option, const char *name,
-                       int samples)
+static bool word_in(const char *word, const char *choices)
+{
+    size_t length = strlen(word);
+    while (choices) {
+        size_t size = strcspn(choices, "|");
+        if (size == length && memcmp(word, choices, size) == 0)
+            return true;
+        choices = choices[size] ? choices + size + 1 : NULL;
+    }
+    return false;
+}
+
+static int check_param_value(const char *command, const pnb_param_info *info, const char *value)
+{
+    char what[80];
+    snprintf(what, sizeof(what), "--param %.60s", info->key);
+    if (info->type == PNB_PARAM_TEXT)
+        return CLI_GO_ON;
+    if (info->type == PNB_PARAM_CHOICE) {
+        if (word_in(value, info->choices))
+            return CLI_GO_ON;
+        return cli_usage_error(command, what, "'%.60s' is none of %.200s", value, info->choices);
+    }
+    char *end;
+    double number = strtod(value, &end);
+    bool whole = info->type == PNB_PARAM_INTEGER;
+    if (end == value || *end || !isfinite(number) || (whole && number != floor(number)))
+        return cli_usage_error(command, what, "'%.60s' is not a %s", value,
+                               whole ? "whole number" : "number");
+    if (number < info->minimum || number > info->maximum)
+        return cli_usage_error(command, what, "%.60s is not between %g and %g", value,
+                               info->minimum, info->maximum);
+    return CLI_GO_ON;
+}
+
+static const pnb_param_info *find_param(const pnb_method_info *method, const char *key)
+{
+    for (size_t i = 0; method && i < method->param_count; i++)
+        if (strcmp(method->params[i].key, key) == 0)
+            return &method->params[i];
+    return NULL;
+}
+
+static const pnb_method_info *find_method(const char *command, const char *option, const char *name)
 {
     const pnb_method_info *info = pnb_method_find(name);
-    if (!info) {
-        const char *names[NEAR_NAMES_MAX];
-        size_t count = 0;
-        for (size_t i = 0; i < pnb_method_count() && count < NEAR_NAMES_MAX; i++)
-            names[count++] = pnb_method(i)->name;
-        const char *nearest = cli_nearest(name, names, count);
-        cli_usage_error(options->command->name, option,
-                        "there is no method '%.60s'; %s%s%s'penumbra methods' lists them", name,
-                        nearest ? "did you mean '" : "", nearest ? nearest : "",
-                        nearest ? "'? " : "");
+    if (info)
+        return info;
+    const char *names[NEAR_NAMES_MAX];
+    size_t count = 0;
+    for (size_t i = 0; i < pnb_method_count() && count < NEAR_NAMES_MAX; i++)
+        names[count++] = pnb_method(i)->name;
+    const char *nearest = cli_nearest(name, names, count);
+    cli_usage_error(command, option,
+                    "there is no method '%.60s'; %s%s%s'penumbra methods' lists them", name,
+                    nearest ? "did you mean '" : "", nearest ? nearest : "", nearest ? "'? " : "");
+    return NULL;
+}
+
+static void finish_choice(struct cli_choice *choice)
+{
+    for (size_t i = 0; i < choice->param_count; i++) {
+        free((char *)choice->params[i].key);
+        free((char *)choice->params[i].value);
+    }
+    free(choice->params);
+}
+
+static bool say_no_memory(void)
+{
+    cli_error("memory", "none left");
+    return false;
+}
+
+/* One word after a colon: "64", "n=64", "placement=border". */
+static bool add_setting(struct cli_choice *choice, const char *command, const pnb_method_info *info,
+                        const char *word, size_t length)
+{
+    char text[256];
+    snprintf(text, sizeof(text), "%.*s", (int)length, word);
+    char *equals = strchr(text, '=');
+    const char *number = !equals ? text : strncmp(text, "n=", 2) == 0 ? text + 2 : NULL;
+    if (number) {
+        long samples;
+        if (!cli_read_integer(command, "--methods", number, 1, SAMPLES_MAX, &samples))
+            return false;
+        if (!info->samples) {
+            cli_usage_error(command, "--methods", "%s takes no number of samples", info->name);
+            return false;
+        }
+        choice->samples = (int)samples;
+        return true;
+    }
+    *equals = 0;
+    const pnb_param_info *param = find_param(info, text);
+    if (!param) {
+        cli_usage_error(command, "--methods",
+                        "%s has no parameter '%.60s'; 'penumbra methods %s' lists them", info->name,
+                        text, info->name);
         return false;
     }
-    if (samples && !info->samples) {
-        cli_usage_error(options->command->name, option, "%s takes no number of samples", name);
+    if (check_param_value(command, param, equals + 1) != CLI_GO_ON)
         return false;
-    }
-    for (size_t i = 0; i < options->method_count; i++)
-        if (strcmp(options->methods[i], info->name) == 0 && options->method_samples[i] == samples)
-            return true;
-    options->method_samples[options->method_count] = samples;
-    options->methods[options->method_count++] = info->name;
+    pnb_solver_param *grown =
+        realloc(choice->params, (choice->param_count + 1) * sizeof(*choice->params));
+    if (!grown)
+        return say_no_memory();
+    choice->params = grown;
+    grown[choice->param_count] = (pnb_solver_param){strdup(text), strdup(equals + 1)};
+    if (!grown[choice->param_count].key || !grown[choice->param_count].value)
+        return say_no_memory();
+    choice->param_count++;
     return true;
 }
 
-static bool add_methods(struct cli_options *options, char *list)
+/* An entry of --methods, length bytes long. */
+static bool add_method(struct cli_options *options, const char *option, const char *entry,
+                       size_t length)
 {
-    if (strcmp(list, "all") == 0) {
-        options->all_methods = true;
-        for (size_t i = 0; i < pnb_method_count(); i++)
-            add_method(options, "--methods", pnb_method(i)->name, 0);
-        return true;
-    }
-    for (char *name = list, *end; name; name = end) {
-        end = strchr(name, ',');
-        if (end)
-            *end++ = 0;
-        long samples = 0;
-        char *colon = strchr(name, ':');
-        if (colon) {
-            *colon++ = 0;
-            if (!cli_read_integer(options->command->name, "--methods", colon, 1, SAMPLES_MAX,
-                                  &samples))
-                return false;
-        }
-        if (!add_method(options, "--methods", name, (int)samples))
+    const char *command = options->command->name, *end = entry + length;
+    size_t size = strcspn(entry, ":,");
+    char name[128];
+    snprintf(name, sizeof(name), "%.*s", (int)(size < length ? size : length), entry);
+    const pnb_method_info *info = find_method(command, option, name);
+    if (!info)
+        return false;
+    struct cli_choice choice = {.method = info->name}, *grown = NULL;
+    for (const char *at = entry + size; at < end;) {
+        at++;
+        size = strcspn(at, ":,");
+        if (!add_setting(&choice, command, info, at, size)) {
+            finish_choice(&choice);
             return false;
+        }
+        at += size;
     }
+    int used = snprintf(choice.label, sizeof(choice.label), "%s", info->name);
+    if (choice.samples)
+        used += snprintf(choice.label + used, sizeof(choice.label) - (size_t)used, ":%d",
+                         choice.samples);
+    for (size_t i = 0; i < choice.param_count && (size_t)used < sizeof(choice.label); i++)
+        used += snprintf(choice.label + used, sizeof(choice.label) - (size_t)used, ":%s=%s",
+                         choice.params[i].key, choice.params[i].value);
+    if ((size_t)used >= sizeof(choice.label)) {
+        finish_choice(&choice);
+        cli_usage_error(command, option, "'%.60s...' is too long", entry);
+        return false;
+    }
+    for (size_t i = 0; i < options->choice_count; i++)
+        if (strcmp(options->choices[i].label, choice.label) == 0) {
+            finish_choice(&choice);
+            return true;
+        }
+    grown = realloc(options->choices, (options->choice_count + 1) * sizeof(*grown));
+    if (!grown) {
+        finish_choice(&choice);
+        return say_no_memory();
+    }
+    options->choices = grown;
+    grown[options->choice_count++] = choice;
     return true;
+}
+
+bool cli_add_methods(struct cli_options *options, const char *list)
+{
+    for (const char *entry = list;; entry++) {
+        size_t length = strcspn(entry, ",");
+        if (length == 3 && strncmp(entry, "all", 3) == 0) {
+            options->all_methods = true;
+            for (size_t i = 0; i < pnb_method_count(); i++)
+                if (!add_method(options, "--methods", pnb_method(i)->name,
+                                strlen(pnb_method(i)->name)))
+                    return false;
+        } else if (!add_method(options, "--methods", entry, length)) {
+            return false;
+        }
+        entry += length;
+        if (!*entry)
+            return true;
+    }
 }
 
 static bool add_param(struct cli_options *options, char *text)
@@ -306,11 +435,14 @@ static int take_shared(struct cli_options *options, const struct shared_option *
             printf("penumbra %s\n", pnb_version());
         return CLI_EXIT_DONE;
     case CLI_METHOD:
-        good = add_method(options, "--method", value, 0);
-        if (good)
+        /* A name alone: settings are -n and -p. */
+        good = find_method(command->name, "--method", value) != NULL;
+        if (good) {
             options->method = pnb_method_find(value)->name;
+            good = add_method(options, "--method", value, strlen(value));
+        }
         break;
-    case CLI_METHODS: good = add_methods(options, value); break;
+    case CLI_METHODS: good = cli_add_methods(options, value); break;
     case CLI_SIZE: good = read_size(options, value); break;
     case CLI_LIGHT: options->lights[options->light_count++] = value; break;
     case CLI_LIGHT_INDEX:
@@ -438,65 +570,22 @@ static int read_letters(struct cli_options *options, int argc, char **argv, int 
     return CLI_GO_ON;
 }
 
-/* ---- parameters ---- */
-
-static bool word_in(const char *word, const char *choices)
-{
-    size_t length = strlen(word);
-    while (choices) {
-        size_t size = strcspn(choices, "|");
-        if (size == length && memcmp(word, choices, size) == 0)
-            return true;
-        choices = choices[size] ? choices + size + 1 : NULL;
-    }
-    return false;
-}
-
-static int check_param_value(const char *command, const pnb_param_info *info, const char *value)
-{
-    char what[80];
-    snprintf(what, sizeof(what), "--param %.60s", info->key);
-    if (info->type == PNB_PARAM_TEXT)
-        return CLI_GO_ON;
-    if (info->type == PNB_PARAM_CHOICE) {
-        if (word_in(value, info->choices))
-            return CLI_GO_ON;
-        return cli_usage_error(command, what, "'%.60s' is none of %.200s", value, info->choices);
-    }
-    char *end;
-    double number = strtod(value, &end);
-    bool whole = info->type == PNB_PARAM_INTEGER;
-    if (end == value || *end || !isfinite(number) || (whole && number != floor(number)))
-        return cli_usage_error(command, what, "'%.60s' is not a %s", value,
-                               whole ? "whole number" : "number");
-    if (number < info->minimum || number > info->maximum)
-        return cli_usage_error(command, what, "%.60s is not between %g and %g", value,
-                               info->minimum, info->maximum);
-    return CLI_GO_ON;
-}
-
-static const pnb_param_info *find_param(const pnb_method_info *method, const char *key)
-{
-    for (size_t i = 0; method && i < method->param_count; i++)
-        if (strcmp(method->params[i].key, key) == 0)
-            return &method->params[i];
-    return NULL;
-}
+/* ---- parameters of -p ---- */
 
 /* Each parameter must belong to one of the methods asked for, and its value fit there. */
 static int check_params(const struct cli_options *options)
 {
     const struct cli_command *command = options->command;
     bool several = (command->options & CLI_METHODS) != 0;
-    bool all = several && options->method_count == 0;
-    size_t count = all ? pnb_method_count() : several ? options->method_count : 1;
+    bool all = several && options->choice_count == 0;
+    size_t count = all ? pnb_method_count() : several ? options->choice_count : 1;
     for (size_t p = 0; p < options->param_count; p++) {
         const char *key = options->params[p].key;
         bool known = false;
         const char *only = NULL;
         for (size_t m = 0; m < count; m++) {
             const char *name = all               ? pnb_method(m)->name
-                               : several         ? options->methods[m]
+                               : several         ? options->choices[m].method
                                : options->method ? options->method
                                : command->method ? command->method
                                                  : pnb_default_method();
@@ -562,15 +651,9 @@ int cli_options_init(const struct cli_command *command, int argc, char **argv,
     options->params = calloc(room, sizeof(*options->params));
     options->visibilities = calloc(room, sizeof(*options->visibilities));
     options->images = calloc(room, sizeof(*options->images));
-    /* A list of methods is at most as long as its text. */
-    size_t methods = 2 * pnb_method_count() + 1;
-    for (int i = 1; i < argc; i++)
-        methods += strlen(argv[i]) / 2 + 1;
-    options->methods = calloc(methods, sizeof(*options->methods));
-    options->method_samples = calloc(methods, sizeof(*options->method_samples));
     int result;
     if (!options->operands || !options->lights || !options->params || !options->images ||
-        !options->visibilities || !options->methods || !options->method_samples)
+        !options->visibilities)
         result = cli_error("memory", "none left");
     else
         result = read_arguments(options, argc, argv);
@@ -586,7 +669,8 @@ void cli_options_finish(struct cli_options *options)
     free(options->params);
     free(options->images);
     free(options->visibilities);
-    free(options->methods);
-    free(options->method_samples);
+    for (size_t i = 0; i < options->choice_count; i++)
+        finish_choice(&options->choices[i]);
+    free(options->choices);
     *options = (struct cli_options){0};
 }

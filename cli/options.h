@@ -20,7 +20,7 @@
  * always there. */
 enum {
     CLI_METHOD = 1 << 0,      /* -m, --method NAME */
-    CLI_METHODS = 1 << 1,     /* --methods a,b:SAMPLES|all; -m adds one more */
+    CLI_METHODS = 1 << 1,     /* --methods a,b:SAMPLES:KEY=VALUE,all; -m adds one more */
     CLI_SIZE = 1 << 2,        /* -s, --size WxH */
     CLI_LIGHT = 1 << 3,       /* --light SPEC, repeatable */
     CLI_LIGHT_INDEX = 1 << 4, /* --light-index N */
@@ -56,17 +56,27 @@ struct cli_command {
     const char *method;      /* whose parameters -p are without -m; NULL: pnb_default_method() */
 };
 
+/* One entry of --methods: NAME[:SAMPLES][:KEY=VALUE]..., where n=SAMPLES is another way to say
+ * SAMPLES. */
+struct cli_choice {
+    const char *method;
+    int samples;              /* 0: none */
+    pnb_solver_param *params; /* its own; they count before those of -p */
+    size_t param_count;
+    bool figures_only; /* shown in tables and plots, without pictures */
+    char label[128];   /* "planar", "planar:8", "planar:8:placement=border" */
+};
+
 struct cli_options {
     const struct cli_command *command;
     const char **operands;
     size_t operand_count;
-    const char *output;   /* NULL: not given */
-    const char *method;   /* the last -m; NULL: not given */
-    const char **methods; /* --methods and -m, in order, each once; "all" is written out */
-    int *method_samples;  /* the number after NAME: in --methods; 0: none */
-    size_t method_count;  /* 0: not given */
-    bool all_methods;     /* --methods all */
-    int width, height;    /* 800 x 600 unless given */
+    const char *output;         /* NULL: not given */
+    const char *method;         /* the last -m; NULL: not given */
+    struct cli_choice *choices; /* --methods and -m, in order, each once; "all" is written out */
+    size_t choice_count;        /* 0: not given */
+    bool all_methods;           /* "all" is among --methods */
+    int width, height;          /* 800 x 600 unless given */
     bool size_given;
     const char **lights; /* JSON texts */
     size_t light_count;
@@ -88,6 +98,9 @@ struct cli_options {
 int cli_options_init(const struct cli_command *command, int argc, char **argv,
                      struct cli_options *options);
 void cli_options_finish(struct cli_options *options);
+
+/* Adds the entries of a list as --methods does, without cutting it; false: the mistake was said. */
+bool cli_add_methods(struct cli_options *options, const char *list);
 
 /* "penumbra: error: WHAT: WHY (see penumbra COMMAND --help)", one line; returns CLI_EXIT_USAGE.
  * command may be NULL. */

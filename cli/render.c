@@ -281,7 +281,8 @@ static int print_json(struct render *render)
                                   cli_json_number(render->view.primary_ms), "visibility",
                                   cli_json_number(render->visibility_ms), "shade",
                                   cli_json_number(render->shade_ms)));
-    json_object_set_new(value, "parameters", cli_json_parameters(options, method));
+    json_object_set_new(value, "parameters",
+                        cli_json_parameters(options->params, options->param_count, method));
     if (render->light_count)
         json_object_set_new(value, "counters",
                             cli_json_counters(&render->lights[options->light_index].report));

@@ -40,7 +40,7 @@ static void put_base64(FILE *page, const uint8_t *bytes, size_t size)
 }
 
 /* 1,234,567 */
-static void put_count(FILE *page, size_t count)
+void report_html_count(FILE *page, size_t count)
 {
     char digits[32];
     int length = snprintf(digits, sizeof(digits), "%zu", count);
@@ -51,7 +51,7 @@ static void put_count(FILE *page, size_t count)
     }
 }
 
-static void put_duration(FILE *page, double ms)
+void report_html_duration(FILE *page, double ms)
 {
     if (ms < 1000)
         fprintf(page, "%.3g ms", ms);
@@ -61,7 +61,13 @@ static void put_duration(FILE *page, double ms)
         fprintf(page, "%.0f min %02.0f s", floor(ms / 60e3), fmod(ms / 1e3, 60));
 }
 
-void report_html_begin(FILE *page, const struct compare_run *run, size_t scene_count)
+void report_html_entry(FILE *page, const pnb_method_info *method, const char *label)
+{
+    fprintf(page, "<i class=\"dot\" style=\"background:var(--c%d)\"></i>", report_color(method));
+    report_html_text(page, label);
+}
+
+void report_html_begin(FILE *page, const struct compare_run *run)
 {
     fprintf(page,
             "<!DOCTYPE html>\n<html lang=\"en\" class=\"no-script\">\n<head>\n"
@@ -70,25 +76,35 @@ void report_html_begin(FILE *page, const struct compare_run *run, size_t scene_c
             "<meta name=\"generator\" content=\"penumbra %s\">\n"
             "<link rel=\"icon\" href=\"data:,\">\n<title>Soft shadows compared: ",
             pnb_version());
-    report_html_text(page, run->options->operands[0]);
-    if (scene_count > 1)
-        fprintf(page, " and %zu more", scene_count - 1);
+    report_html_text(page, run->scenes[0].path);
+    if (run->scene_count > 1)
+        fprintf(page, " and %zu more", run->scene_count - 1);
     fprintf(page, "</title>\n<style>\n%s</style>\n</head>\n<body>\n", page_css);
     fprintf(page, "<header>\n<h1>Soft shadows, compared with the truth</h1>\n<p class=\"lead\">");
-    fprintf(page, "%zu scene%s at %d \xc3\x97 %d, ", scene_count, scene_count == 1 ? "" : "s",
-            run->options->width, run->options->height);
+    fprintf(page, "%zu scene%s at %d \xc3\x97 %d, ", run->scene_count,
+            run->scene_count == 1 ? "" : "s", run->options->width, run->options->height);
     report_html_text(page, run->processor);
     fprintf(page, ", %d thread%s, %s</p>\n", run->threads, run->threads == 1 ? "" : "s", run->date);
-    if (scene_count > 1) {
-        fprintf(page, "<nav>");
-        for (size_t i = 0; i < scene_count; i++) {
-            fprintf(page, "<a href=\"#scene-%zu\">", i);
-            report_html_text(page, run->options->operands[i]);
-            fprintf(page, "</a> ");
-        }
-        fprintf(page, "</nav>\n");
+    fprintf(page, "<nav>");
+    if (run->scene_count > 1)
+        fprintf(page, "<a href=\"#summary\"><b>Which method?</b></a> ");
+    if (run->motion)
+        fprintf(page, "<a href=\"#motion\"><b>Motion</b></a> ");
+    if (run->curves)
+        fprintf(page, "<a href=\"#cost\"><b>Cost</b></a> ");
+    if (run->papers)
+        fprintf(page, "<a href=\"#papers\"><b>The papers remade</b></a> ");
+    for (size_t i = 0; i < run->scene_count && run->scene_count > 1; i++) {
+        fprintf(page, "<a href=\"#scene-%zu\">", i);
+        report_html_text(page, report_scene_name(&run->scenes[i]));
+        fprintf(page, "</a> ");
     }
-    fprintf(page, "</header>\n");
+    fprintf(page, "<a href=\"#reading\"><b>How to read this</b></a></nav>\n</header>\n");
+}
+
+const char *report_scene_name(const struct compare_scene *scene)
+{
+    return strncmp(scene->path, "builtin:", 8) == 0 ? scene->path + 8 : scene->path;
 }
 
 /* ---- the sheet ---- */
@@ -96,7 +112,7 @@ void report_html_begin(FILE *page, const struct compare_run *run, size_t scene_c
 /* entry: "truth" or its number. */
 static void put_image(FILE *page, const struct compare_scene *scene, const char *entry,
                       const char *kind, const char *label, const char *caption,
-                      const struct compare_png *png, const struct compare_png *codes)
+                      const struct compare_png *png)
 {
     if (!png->bytes)
         return;
@@ -106,10 +122,6 @@ static void put_image(FILE *page, const struct compare_scene *scene, const char 
     report_html_text(page, label);
     fprintf(page, ", %s\" src=\"data:image/png;base64,", caption);
     put_base64(page, png->bytes, png->size);
-    if (codes) {
-        fprintf(page, "\" data-codes=\"data:image/png;base64,");
-        put_base64(page, codes->bytes, codes->size);
-    }
     fprintf(page, "\"><figcaption>%s</figcaption></figure>\n", caption);
 }
 
@@ -119,8 +131,7 @@ static void put_ramp_color(FILE *page, double t, const char *separator)
     double rgb[3];
     pnb_colormap_diverging(t, rgb);
     for (int k = 0; k < 3; k++) {
-        double x = rgb[k] <= 0.0031308 ? 12.92 * rgb[k] : 1.055 * pow(rgb[k], 1 / 2.4) - 0.055;
-        fprintf(page, "%s%.0f", k ? separator : "", x * 255);
+        fprintf(page, "%s%.0f", k ? separator : "", compare_srgb(rgb[k]) * 255);
     }
 }
 
@@ -154,28 +165,29 @@ static void put_sheet(FILE *page, const struct compare_scene *scene)
     put_ramp(page, scene);
     fprintf(page, "<div class=\"row\"><h4>truth<span>%d samples per pixel</span></h4>\n",
             scene->truth_samples);
-    put_image(page, scene, "truth", "picture", "truth", "picture", &scene->truth_picture, NULL);
-    put_image(page, scene, "truth", "visibility", "truth", "visibility", &scene->truth_visibility,
-              NULL);
+    put_image(page, scene, "truth", "picture", "truth", "picture", &scene->truth_picture);
+    put_image(page, scene, "truth", "visibility", "truth", "visibility", &scene->truth_visibility);
     fprintf(page, "</div>\n");
     for (size_t i = 0; i < scene->entry_count; i++) {
         const struct compare_entry *entry = &scene->entries[i];
         char number[24];
+        if (entry->figures_only)
+            continue;
         snprintf(number, sizeof(number), "%zu", i);
         fprintf(page, "<div class=\"row\"><h4>");
         report_html_text(page, entry->label);
         fprintf(page, "<span>RMSE %.5f", entry->errors.rmse);
         if (isfinite(entry->milliseconds)) {
             fprintf(page, ", ");
-            put_duration(page, entry->milliseconds);
+            report_html_duration(page, entry->milliseconds);
         }
         fprintf(page, "</span></h4>\n");
-        put_image(page, scene, number, "picture", entry->label, "picture", &entry->picture, NULL);
-        put_image(page, scene, number, "visibility", entry->label, "visibility", &entry->visibility,
-                  NULL);
+        put_image(page, scene, number, "picture", entry->label, "picture", &entry->picture);
+        put_image(page, scene, number, "visibility", entry->label, "visibility",
+                  &entry->visibility);
         put_image(page, scene, number, "error", entry->label,
                   entry->picture_only ? "error of the luminance" : "error of the visibility",
-                  &entry->error_map, &entry->error_codes);
+                  &entry->error_map);
         fprintf(page, "<figure>");
         report_plot_histogram(page, scene, entry);
         fprintf(page, "<figcaption>pixels by error, logarithmic; exact ones left out"
@@ -241,9 +253,8 @@ static void put_table(FILE *page, const struct compare_scene *scene)
     fprintf(page, "</tr></thead>\n<tbody>\n");
     for (size_t i = 0; i < scene->entry_count; i++) {
         const struct compare_entry *entry = &scene->entries[i];
-        fprintf(page, "<tr><td><i class=\"dot\" style=\"background:var(--c%d)\"></i>",
-                report_color(scene, entry));
-        report_html_text(page, entry->label);
+        fprintf(page, "<tr><td>");
+        report_html_entry(page, entry->method, entry->label);
         fprintf(page, "</td>");
         for (int c = 0; c < COLUMN_COUNT; c++) {
             double value = cell(entry, c);
@@ -254,7 +265,7 @@ static void put_table(FILE *page, const struct compare_scene *scene)
             }
             fprintf(page, "<td data-value=\"%.9g\"%s>", value, mark ? " class=\"best\"" : "");
             if (c == COLUMN_COUNT - 1)
-                put_count(page, (size_t)value);
+                report_html_count(page, (size_t)value);
             else if (columns[c].format)
                 fprintf(page, columns[c].format, value * columns[c].factor);
             fprintf(page, "</td>");
@@ -284,6 +295,8 @@ static void put_select(FILE *page, const struct compare_scene *scene, const char
     fprintf(page, "<select aria-label=\"%s\" class=\"%s\">", label, style);
     fprintf(page, "<option value=\"truth\"%s>truth</option>", chosen == 0 ? " selected" : "");
     for (size_t i = 0; i < scene->entry_count; i++) {
+        if (scene->entries[i].figures_only)
+            continue;
         fprintf(page, "<option value=\"%zu\"%s>", i, chosen == i + 1 ? " selected" : "");
         report_html_text(page, scene->entries[i].label);
         fprintf(page, "</option>");
@@ -294,7 +307,10 @@ static void put_select(FILE *page, const struct compare_scene *scene, const char
 static void put_wipe(FILE *page, const struct compare_scene *scene)
 {
     fprintf(page, "<div class=\"wipe\">\n<div class=\"bar\">");
-    put_select(page, scene, "left image", scene->entry_count ? 1 : 0, "left");
+    size_t first = 0; /* the first with pictures */
+    while (first < scene->entry_count && scene->entries[first].figures_only)
+        first++;
+    put_select(page, scene, "left image", first < scene->entry_count ? first + 1 : 0, "left");
     fprintf(page, "<span class=\"kinds\" role=\"group\" aria-label=\"what is shown\">"
                   "<button type=\"button\" data-kind=\"picture\">Picture</button>"
                   "<button type=\"button\" data-kind=\"visibility\">Visibility</button>"
@@ -317,16 +333,22 @@ void report_html_scene(FILE *page, const struct compare_run *run, const struct c
                        size_t index)
 {
     fprintf(page, "<section class=\"scene\" id=\"scene-%zu\">\n<h2>", index);
-    report_html_text(page, scene->path);
-    fprintf(page, "</h2>\n<p class=\"soft\">");
-    put_count(page, scene->triangle_count);
+    report_html_text(page, report_scene_name(scene));
+    fprintf(page, "</h2>\n");
+    if (scene->title) {
+        fprintf(page, "<p class=\"title\">");
+        report_html_text(page, scene->title);
+        fprintf(page, "</p>\n");
+    }
+    fprintf(page, "<p class=\"soft\">");
+    report_html_count(page, scene->triangle_count);
     fprintf(page, " triangles. Light %zu of %zu: %s. Truth: ", scene->light_index,
             scene->light_count, scene->light_type);
-    put_count(page, (size_t)scene->truth_samples);
+    report_html_count(page, (size_t)scene->truth_samples);
     fprintf(page, " samples per pixel in ");
-    put_duration(page, scene->truth_ms);
+    report_html_duration(page, scene->truth_ms);
     fprintf(page, ". ");
-    put_count(page, scene->facing_pixels);
+    report_html_count(page, scene->facing_pixels);
     fprintf(page, " pixels face the whole light: ");
     put_share(page, scene->penumbra_pixels, scene->facing_pixels, "penumbra, ");
     put_share(page, scene->umbra_pixels, scene->facing_pixels, "umbra, ");
@@ -342,7 +364,8 @@ void report_html_scene(FILE *page, const struct compare_run *run, const struct c
     }
     fprintf(page, "<div class=\"top\">\n");
     put_wipe(page, scene);
-    fprintf(page, "<div>\n<p class=\"panel-title\">Error against time</p>\n");
+    fprintf(page, "<div>\n<p class=\"panel-title\">Error against time<span>the line: what no other "
+                  "one beats in both</span></p>\n");
     report_plot_time(page, scene);
     fprintf(page, "</div>\n</div>\n");
     put_table(page, scene);
@@ -351,6 +374,8 @@ void report_html_scene(FILE *page, const struct compare_run *run, const struct c
     fprintf(page, "<h3>Settings</h3>\n<dl>\n");
     for (size_t i = 0; i < scene->entry_count; i++) {
         const struct compare_entry *entry = &scene->entries[i];
+        if (entry->figures_only)
+            continue;
         fprintf(page, "<dt>");
         report_html_text(page, entry->label);
         fprintf(page, "</dt><dd>");
@@ -366,14 +391,12 @@ void report_html_scene(FILE *page, const struct compare_run *run, const struct c
             }
             if (entry->samples)
                 fprintf(page, "; %d samples", entry->samples);
-            for (size_t p = 0; p < run->options->param_count; p++)
-                for (size_t k = 0; k < entry->method->param_count; k++)
-                    if (strcmp(run->options->params[p].key, entry->method->params[k].key) == 0) {
-                        fprintf(page, "; ");
-                        report_html_text(page, run->options->params[p].key);
-                        fprintf(page, " = ");
-                        report_html_text(page, run->options->params[p].value);
-                    }
+            for (size_t p = 0; p < entry->param_count; p++) {
+                fprintf(page, "; ");
+                report_html_text(page, entry->params[p].key);
+                fprintf(page, " = ");
+                report_html_text(page, entry->params[p].value);
+            }
             fprintf(page, "; ");
             report_html_text(page, entry->device);
             if (*entry->counters) {
@@ -387,7 +410,7 @@ void report_html_scene(FILE *page, const struct compare_run *run, const struct c
 }
 
 static const char explanation[] =
-    "<h3>How to read this</h3>\n<dl class=\"explain\">\n"
+    "<h3 id=\"reading\">How to read this</h3>\n<dl class=\"explain\">\n"
     "<dt>Visibility</dt><dd>The share of the light&#8217;s area that a point sees: 1 lit, 0 umbra, "
     "between them penumbra.</dd>\n"
     "<dt>Error</dt><dd>Visibility minus truth. Only pixels count whose surface faces the whole "
@@ -404,6 +427,9 @@ static const char explanation[] =
     "counted. Quick methods are timed several times; the median counts.</dd>\n"
     "<dt>Pictures</dt><dd>Ambient light plus irradiance times visibility. They differ by the "
     "compared light alone: other lights have their true visibility in all of them.</dd>\n"
+    "<dt>Names</dt><dd><code>method:64</code> is the method with 64 light samples, "
+    "<code>method:key=value</code> with a parameter of its own; without either, its "
+    "defaults.</dd>\n"
     "<dt>Files of other programs</dt><dd>One channel is taken as visibility. A picture is judged "
     "by its linear luminance minus that of the true picture; umbra, lit and penumbra are then "
     "those of the truth.</dd>\n</dl>\n";

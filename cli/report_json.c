@@ -44,7 +44,8 @@ static json_t *entry_json(const struct compare_run *run, const struct compare_en
     json_object_set_new(object, "penumbra_pixels",
                         json_integer((json_int_t)errors->penumbra_pixels));
     if (entry->method) {
-        json_object_set_new(object, "parameters", cli_json_parameters(run->options, entry->method));
+        json_object_set_new(object, "parameters",
+                            cli_json_parameters(entry->params, entry->param_count, entry->method));
         json_object_set_new(object, "device", cli_json_text(entry->device));
     }
     json_object_set_new(object, "warnings", texts_json(entry->warnings, entry->warning_count));

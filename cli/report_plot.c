@@ -5,8 +5,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-#define COLOR_COUNT 8
-
 /* ---- error against time ---- */
 
 enum {
@@ -23,10 +21,12 @@ struct box {
     double x0, y0, x1, y1;
 };
 
-struct plot_point {
-    double time, error, x, y;
-    int color;
-    const struct compare_entry *entry;
+struct placed {
+    double x, y;
+    const struct report_point *point;
+    const char *text; /* its label, or of a series' further members the setting alone */
+    double rank;      /* for the front: time */
+    bool front;
 };
 
 struct plot_axis {
@@ -93,15 +93,15 @@ static bool overlap(const struct box *a, const struct box *b)
     return a->x0 < b->x1 && b->x0 < a->x1 && a->y0 < b->y1 && b->y0 < a->y1;
 }
 
-/* The first place around the point where the label meets no other label and no point. */
-static struct box place_label(const struct plot_point *point, const struct box *taken, size_t count)
+/* The first place around the point where the label meets no other label and no point; false if
+ * there is none. */
+static bool place_label(const struct placed *point, const struct box *taken, size_t count,
+                        struct box *out)
 {
-    double width = 6.6 * (double)strlen(point->entry->label) + 4;
-    struct box best = {0};
-    size_t fewest = (size_t)-1;
-    for (int ring = 0; ring < 4; ring++)
+    double width = 6.2 * (double)strlen(point->text) + 4;
+    for (int ring = 0; ring < 5; ring++)
         for (int side = 0; side < 4; side++) {
-            double dy = ring * LABEL_HEIGHT;
+            double dy = ring * LABEL_HEIGHT * 0.7;
             double x =
                 side < 2 ? (side == 0 ? point->x + 9 : point->x - 9 - width) : point->x - width / 2;
             double y = side < 2    ? point->y - LABEL_HEIGHT / 2.0 + (ring % 2 ? dy : -dy)
@@ -111,119 +111,247 @@ static struct box place_label(const struct plot_point *point, const struct box *
             if (box.x0 < PLOT_LEFT || box.x1 > PLOT_RIGHT || box.y0 < PLOT_TOP ||
                 box.y1 > PLOT_BOTTOM)
                 continue;
-            size_t hits = 0;
-            for (size_t i = 0; i < count; i++)
-                hits += overlap(&box, &taken[i]);
-            if (hits < fewest) {
-                fewest = hits;
-                best = box;
+            bool hit = false;
+            for (size_t i = 0; i < count && !hit; i++)
+                hit = overlap(&box, &taken[i]);
+            if (!hit) {
+                *out = box;
+                return true;
             }
-            if (hits == 0)
-                return best;
         }
-    if (fewest == (size_t)-1)
-        best = (struct box){point->x + 9, point->y - 7, point->x + 9 + width, point->y + 8};
-    return best;
+    return false;
 }
 
-/* Colours go to methods, in order of appearance. */
-int report_color(const struct compare_scene *scene, const struct compare_entry *entry)
+static int by_group_and_order(const void *a, const void *b)
 {
-    int color = 0;
-    for (size_t i = 0; i < scene->entry_count; i++) {
-        const struct compare_entry *other = &scene->entries[i];
-        if (strcmp(other->name, entry->name) == 0)
-            break;
-        bool first = true;
-        for (size_t k = 0; k < i; k++)
-            first &= strcmp(scene->entries[k].name, other->name) != 0;
-        color += first;
+    const struct report_point *p = ((const struct placed *)a)->point,
+                              *q = ((const struct placed *)b)->point;
+    int groups = strcmp(p->group, q->group);
+    return groups ? groups : (p->order > q->order) - (p->order < q->order);
+}
+
+static int by_time(const void *a, const void *b)
+{
+    const struct placed *p = *(struct placed *const *)a, *q = *(struct placed *const *)b;
+    return (p->rank > q->rank) - (p->rank < q->rank);
+}
+
+/* Marks the points that no other point beats in both, and draws them as steps: what is above and to
+ * the right of the line is beaten. */
+static void draw_front(FILE *page, struct placed *placed, size_t count)
+{
+    struct placed **order = malloc((count + 1) * sizeof(*order));
+    double best = INFINITY;
+    bool drawn = false;
+    for (size_t i = 0; order && i < count; i++)
+        order[i] = &placed[i];
+    if (order)
+        qsort(order, count, sizeof(*order), by_time);
+    for (size_t i = 0; order && i < count; i++) {
+        if (order[i]->point->error >= best)
+            continue;
+        best = order[i]->point->error;
+        order[i]->front = true;
+        if (!drawn)
+            fprintf(page, "<path class=\"front\" d=\"M%.1f %dV%.1f", order[i]->x, PLOT_TOP,
+                    order[i]->y);
+        else
+            fprintf(page, "H%.1fV%.1f", order[i]->x, order[i]->y);
+        drawn = true;
     }
-    return color % COLOR_COUNT;
+    if (drawn)
+        fprintf(page, "H%d\"/>\n", PLOT_RIGHT);
+    free(order);
 }
 
-static int by_method_and_samples(const void *a, const void *b)
+static void draw_frame(FILE *page, const char *x_title, const char *y_title, const char *what)
 {
-    const struct plot_point *p = a, *q = b;
-    int names = strcmp(p->entry->name, q->entry->name);
-    return names
-               ? names
-               : (p->entry->samples > q->entry->samples) - (p->entry->samples < q->entry->samples);
+    fprintf(page, "<svg class=\"plot\" viewBox=\"0 0 %d %d\" role=\"img\" aria-label=\"%s\">\n",
+            PLOT_WIDTH, PLOT_HEIGHT, what);
+    fprintf(page,
+            "<path class=\"axis\" fill=\"none\" d=\"M%d %dV%dH%d\"/>\n"
+            "<text x=\"%d\" y=\"%d\" text-anchor=\"end\">%s</text>\n"
+            "<text transform=\"translate(12 %d) rotate(-90)\" text-anchor=\"end\">%s</text>\n",
+            PLOT_LEFT, PLOT_TOP, PLOT_BOTTOM, PLOT_RIGHT, PLOT_RIGHT, PLOT_BOTTOM + 38, x_title,
+            PLOT_TOP, y_title);
+}
+
+static void draw_label(FILE *page, const struct placed *at, const struct box *box)
+{
+    bool left = box->x1 <= at->x, beside = left || box->x0 >= at->x;
+    fprintf(page, "<text class=\"%s\" x=\"%.1f\" y=\"%.1f\" text-anchor=\"%s\">",
+            at->front ? "name" : "name beaten",
+            left     ? box->x1
+            : beside ? box->x0
+                     : 0.5 * (box->x0 + box->x1),
+            box->y1 - 3,
+            left     ? "end"
+            : beside ? "start"
+                     : "middle");
+    report_html_text(page, at->text);
+    fprintf(page, "</text>\n");
+}
+
+void report_plot_points(FILE *page, const struct report_point *points, size_t count,
+                        const char *x_title, const char *y_title)
+{
+    struct placed *placed = calloc(count + 1, sizeof(*placed));
+    struct box *taken = calloc(2 * count + 1, sizeof(*taken));
+    size_t shown = 0, boxes = 0;
+    double times[2] = {INFINITY, 0}, errors[2] = {INFINITY, 0};
+    for (size_t i = 0; placed && i < count; i++) {
+        if (!isfinite(points[i].time) || !(points[i].time > 0) || !(points[i].error > 0))
+            continue;
+        placed[shown++] = (struct placed){.point = &points[i], .rank = points[i].time};
+        times[0] = fmin(times[0], points[i].time), times[1] = fmax(times[1], points[i].time);
+        errors[0] = fmin(errors[0], points[i].error), errors[1] = fmax(errors[1], points[i].error);
+    }
+    if (!placed || !taken || shown == 0) {
+        fprintf(page, "<p class=\"soft\">No entry has a time and an error.</p>\n");
+        free(placed);
+        free(taken);
+        return;
+    }
+    qsort(placed, shown, sizeof(*placed), by_group_and_order);
+    struct plot_axis x = make_axis(times[0], times[1], PLOT_LEFT, PLOT_RIGHT);
+    struct plot_axis y = make_axis(errors[0], errors[1], PLOT_BOTTOM, PLOT_TOP);
+    draw_frame(page, x_title, y_title, "error against time, both logarithmic");
+    draw_ticks(page, &x, true);
+    draw_ticks(page, &y, false);
+
+    /* One method at several settings is a line. */
+    for (size_t i = 0; i < shown; i++) {
+        struct placed *at = &placed[i];
+        at->x = place(&x, at->point->time), at->y = place(&y, at->point->error);
+        at->text = at->point->label;
+        taken[boxes++] = (struct box){at->x - 6, at->y - 6, at->x + 6, at->y + 6};
+        if (i == 0 || strcmp(at->point->group, placed[i - 1].point->group) != 0)
+            continue;
+        fprintf(page, "<path class=\"series\" stroke=\"var(--c%d)\" d=\"M%.1f %.1fL%.1f %.1f\"/>\n",
+                at->point->color, placed[i - 1].x, placed[i - 1].y, at->x, at->y);
+        /* Of a line the first point says the method. */
+        size_t name = strlen(at->point->name);
+        if (strncmp(at->text, at->point->name, name) == 0 && at->text[name] == ':')
+            at->text += name;
+    }
+    draw_front(page, placed, shown);
+    for (size_t i = 0; i < shown; i++) {
+        const struct placed *at = &placed[i];
+        fprintf(page, "<circle cx=\"%.1f\" cy=\"%.1f\" r=\"%d\" fill=\"var(--c%d)\"><title>", at->x,
+                at->y, at->front ? 6 : 4, at->point->color);
+        report_html_text(page, at->point->label);
+        fprintf(page, ": %.3g at %.3g</title></circle>\n", at->point->error, at->point->time);
+    }
+    /* The best ones get their labels first. */
+    for (int turn = 0; turn < 3; turn++)
+        for (size_t i = 0; i < shown; i++) {
+            struct placed *at = &placed[i];
+            int mine = at->front ? 0 : at->text == at->point->label ? 1 : 2;
+            struct box box;
+            if (mine != turn || !place_label(at, taken, boxes, &box))
+                continue;
+            taken[boxes++] = box;
+            draw_label(page, at, &box);
+        }
+    fprintf(page, "</svg>\n");
+    free(placed);
+    free(taken);
 }
 
 void report_plot_time(FILE *page, const struct compare_scene *scene)
 {
-    struct plot_point *points = calloc(scene->entry_count + 1, sizeof(*points));
-    struct box *taken = calloc(2 * scene->entry_count + 1, sizeof(*taken));
-    size_t count = 0, boxes = 0;
-    double times[2] = {INFINITY, 0}, errors[2] = {INFINITY, 0};
+    struct report_point *points = calloc(scene->entry_count + 1, sizeof(*points));
+    size_t count = 0;
     for (size_t i = 0; points && i < scene->entry_count; i++) {
         const struct compare_entry *entry = &scene->entries[i];
-        double time = entry->milliseconds, error = entry->errors.rmse;
-        if (!isfinite(time) || !(time > 0) || entry->errors.pixels == 0)
+        if (entry->errors.pixels == 0)
             continue;
-        error = fmax(error, 1e-5);
-        points[count++] = (struct plot_point){
-            .time = time, .error = error, .color = report_color(scene, entry), .entry = entry};
-        times[0] = fmin(times[0], time), times[1] = fmax(times[1], time);
-        errors[0] = fmin(errors[0], error), errors[1] = fmax(errors[1], error);
+        points[count++] = report_point(entry, entry->milliseconds, fmax(entry->errors.rmse, 1e-5));
     }
-    if (!points || !taken || count == 0) {
-        fprintf(page, "<p class=\"soft\">No entry has a time.</p>\n");
-        free(points);
+    report_plot_points(page, points, count, "visibility of one frame, ms", "RMSE in the penumbra");
+    free(points);
+}
+
+struct report_point report_point(const struct compare_entry *entry, double time, double error)
+{
+    /* Entries with parameters of their own are no members of the line of samples. */
+    return (struct report_point){.label = entry->label,
+                                 .name = entry->name,
+                                 .group = strchr(entry->label, '=') ? entry->label : entry->name,
+                                 .order = entry->samples,
+                                 .color = report_color(entry->method),
+                                 .time = time,
+                                 .error = error};
+}
+
+int report_color(const pnb_method_info *method)
+{
+    for (size_t i = 0; method && i < pnb_method_count(); i++)
+        if (strcmp(pnb_method(i)->name, method->name) == 0)
+            return (int)(i % (REPORT_COLORS - 1));
+    return REPORT_COLORS - 1;
+}
+
+/* ---- curves ---- */
+
+void report_plot_curves(FILE *page, const struct report_curve *curves, size_t count,
+                        const char *x_title, const char *y_title)
+{
+    double xs[2] = {INFINITY, 0}, ys[2] = {INFINITY, 0};
+    size_t most = 0;
+    for (size_t c = 0; c < count; c++)
+        for (size_t i = 0; i < curves[c].count; i++) {
+            double u = curves[c].x[i], v = curves[c].y[i];
+            if (!(u > 0) || !(v > 0) || !isfinite(u * v))
+                continue;
+            xs[0] = fmin(xs[0], u), xs[1] = fmax(xs[1], u);
+            ys[0] = fmin(ys[0], v), ys[1] = fmax(ys[1], v);
+            most++;
+        }
+    struct box *taken = calloc(2 * most + count + 1, sizeof(*taken));
+    if (!most || !taken) {
+        fprintf(page, "<p class=\"soft\">Nothing was measured.</p>\n");
         free(taken);
         return;
     }
-    qsort(points, count, sizeof(*points), by_method_and_samples);
-    struct plot_axis x = make_axis(times[0], times[1], PLOT_LEFT, PLOT_RIGHT);
-    struct plot_axis y = make_axis(errors[0], errors[1], PLOT_BOTTOM, PLOT_TOP);
-    fprintf(page,
-            "<svg class=\"plot\" viewBox=\"0 0 %d %d\" role=\"img\" aria-label=\"RMSE against "
-            "milliseconds, both logarithmic\">\n",
-            PLOT_WIDTH, PLOT_HEIGHT);
+    struct plot_axis x = make_axis(xs[0], xs[1], PLOT_LEFT, PLOT_RIGHT);
+    struct plot_axis y = make_axis(ys[0], ys[1], PLOT_BOTTOM, PLOT_TOP);
+    x.high += 0.22 * (x.high - x.low); /* room for the names at the right ends */
+    draw_frame(page, x_title, y_title, "curves on logarithmic axes");
     draw_ticks(page, &x, true);
     draw_ticks(page, &y, false);
-    fprintf(page,
-            "<path class=\"axis\" fill=\"none\" d=\"M%d %dV%dH%d\"/>\n"
-            "<text x=\"%d\" y=\"%d\" text-anchor=\"end\">visibility of one frame, ms</text>\n"
-            "<text transform=\"translate(12 %d) rotate(-90)\" text-anchor=\"end\">RMSE in the "
-            "penumbra</text>\n",
-            PLOT_LEFT, PLOT_TOP, PLOT_BOTTOM, PLOT_RIGHT, PLOT_RIGHT, PLOT_BOTTOM + 38, PLOT_TOP);
-
-    /* One method at several settings is a line. */
-    for (size_t i = 0; i < count; i++) {
-        points[i].x = place(&x, points[i].time);
-        points[i].y = place(&y, points[i].error);
-        taken[boxes++] =
-            (struct box){points[i].x - 6, points[i].y - 6, points[i].x + 6, points[i].y + 6};
-        if (i > 0 && strcmp(points[i].entry->name, points[i - 1].entry->name) == 0)
-            fprintf(page,
-                    "<path class=\"series\" stroke=\"var(--c%d)\" d=\"M%.1f %.1fL%.1f %.1f\"/>\n",
-                    points[i].color, points[i - 1].x, points[i - 1].y, points[i].x, points[i].y);
-    }
-    for (size_t i = 0; i < count; i++) {
-        const struct plot_point *point = &points[i];
-        fprintf(page, "<circle cx=\"%.1f\" cy=\"%.1f\" r=\"5\" fill=\"var(--c%d)\"><title>",
-                point->x, point->y, point->color);
-        report_html_text(page, point->entry->label);
-        fprintf(page, ": RMSE %.5f in %.2f ms</title></circle>\n", point->entry->errors.rmse,
-                point->time);
-        struct box box = place_label(point, taken, boxes);
-        taken[boxes++] = box;
-        bool left = box.x1 <= point->x, beside = left || box.x0 >= point->x;
-        fprintf(page, "<text class=\"name\" x=\"%.1f\" y=\"%.1f\" text-anchor=\"%s\">",
-                left     ? box.x1
-                : beside ? box.x0
-                         : 0.5 * (box.x0 + box.x1),
-                box.y1 - 3,
-                left     ? "end"
-                : beside ? "start"
-                         : "middle");
-        report_html_text(page, point->entry->label);
-        fprintf(page, "</text>\n");
+    size_t boxes = 0;
+    for (size_t c = 0; c < count; c++) {
+        struct report_point point = {.label = curves[c].label, .color = curves[c].color};
+        struct placed last = {.point = &point, .text = curves[c].label, .front = true};
+        bool open = false;
+        fprintf(page, "<path class=\"curve\" stroke=\"var(--c%d)\" d=\"", curves[c].color);
+        for (size_t i = 0; i < curves[c].count; i++) {
+            double u = curves[c].x[i], v = curves[c].y[i];
+            if (!(u > 0) || !(v > 0) || !isfinite(u * v))
+                continue;
+            last.x = place(&x, u), last.y = place(&y, v);
+            fprintf(page, "%c%.1f %.1f", open ? 'L' : 'M', last.x, last.y);
+            taken[boxes++] = (struct box){last.x - 3, last.y - 3, last.x + 3, last.y + 3};
+            open = true;
+        }
+        fprintf(page, "\"/>\n");
+        for (size_t i = 0; i < curves[c].count; i++) {
+            double u = curves[c].x[i], v = curves[c].y[i];
+            if (!(u > 0) || !(v > 0) || !isfinite(u * v))
+                continue;
+            fprintf(page, "<circle cx=\"%.1f\" cy=\"%.1f\" r=\"3.5\" fill=\"var(--c%d)\"><title>",
+                    place(&x, u), place(&y, v), curves[c].color);
+            report_html_text(page, curves[c].label);
+            fprintf(page, ": %.4g at %.4g</title></circle>\n", v, u);
+        }
+        struct box box;
+        if (open && place_label(&last, taken, boxes, &box)) {
+            taken[boxes++] = box;
+            draw_label(page, &last, &box);
+        }
     }
     fprintf(page, "</svg>\n");
-    free(points);
     free(taken);
 }
 

@@ -334,15 +334,16 @@ json_t *cli_json_warnings(const struct cli_session *session)
     return array;
 }
 
-json_t *cli_json_parameters(const struct cli_options *options, const pnb_method_info *method)
+json_t *cli_json_parameters(const pnb_solver_param *params, size_t param_count,
+                            const pnb_method_info *method)
 {
     json_t *object = json_object();
     for (size_t i = 0; method && i < method->param_count; i++) {
         const pnb_param_info *info = &method->params[i];
         const char *value = info->default_value;
-        for (size_t p = 0; p < options->param_count; p++)
-            if (strcmp(options->params[p].key, info->key) == 0)
-                value = options->params[p].value;
+        for (size_t p = 0; p < param_count; p++)
+            if (strcmp(params[p].key, info->key) == 0)
+                value = params[p].value;
         bool number = info->type == PNB_PARAM_NUMBER, whole = info->type == PNB_PARAM_INTEGER;
         json_object_set_new(object, info->key,
                             whole    ? json_integer((json_int_t)strtod(value, NULL))

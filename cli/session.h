@@ -62,7 +62,8 @@ json_t *cli_json_number(double value);
 /* The session's warnings as an array. */
 json_t *cli_json_warnings(const struct cli_session *session);
 /* Every parameter of the method (NULL: none) as it is in use. */
-json_t *cli_json_parameters(const struct cli_options *options, const pnb_method_info *method);
+json_t *cli_json_parameters(const pnb_solver_param *params, size_t param_count,
+                            const pnb_method_info *method);
 json_t *cli_json_counters(const pnb_solver_report *report);
 /* Prints to standard output and gives the reference away. CLI_EXIT_DONE or CLI_EXIT_FAILED. */
 int cli_json_print(json_t *value);

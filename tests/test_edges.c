@@ -10,6 +10,9 @@
 #include <string.h>
 
 #include "mesh/mesh.h"
+#include "mesh/shape.h"
+#include "mesh/simplify.h"
+#include "scene/scene.h"
 
 static pnb_context *context;
 
@@ -219,6 +222,42 @@ static void real_meshes_have_known_counts(void **state)
     }
 }
 
+/* A coarser mesh: closed stays closed, nothing moves by much, boxes stay boxes. */
+static void simplified_meshes_stay_closed(void **state)
+{
+    static const char *const scenes[] = {"builtin:knot", "builtin:spheres-3x3x3",
+                                         "builtin:two-boxes", "builtin:leaves"};
+    for (size_t i = 0; i < 4; i++) {
+        pnb_scene *scene;
+        assert_int_equal(pnb_scene_load(context, scenes[i], &scene), PNB_OK);
+        for (size_t m = 0; m < scene->mesh_count; m++) {
+            struct mesh *mesh = &scene->meshes[m], coarse;
+            double size = v3_length(v3_sub(mesh->bounds_max, mesh->bounds_min));
+            assert_int_equal(mesh_simplify(context, mesh, 0.005 * size, &coarse), PNB_OK);
+            const struct mesh_edges *before, *after;
+            assert_int_equal(mesh_get_edges(context, mesh, &before), PNB_OK);
+            assert_int_equal(mesh_get_edges(context, &coarse, &after), PNB_OK);
+            assert_null(mesh_edges_validate(&coarse, after));
+            if (before->open_count + before->non_manifold_count == 0) {
+                assert_int_equal(after->open_count, 0);
+                double v0 = shape_volume(mesh->positions, mesh->indices, mesh->triangle_count);
+                double v1 = shape_volume(coarse.positions, coarse.indices, coarse.triangle_count);
+                print_message("%s, mesh %zu: %zu to %zu triangles, volume x %.4f\n", scenes[i], m,
+                              mesh->triangle_count, coarse.triangle_count, v1 / v0);
+                assert_true(fabs(v1 / v0 - 1) < 0.1);
+                assert_true(coarse.triangle_count <= mesh->triangle_count);
+            }
+            assert_true(v3_length(v3_sub(coarse.bounds_max, mesh->bounds_max)) < 0.03 * size);
+            mesh_finish(context, &coarse);
+            /* Without a limit something is left all the same. */
+            assert_int_equal(mesh_simplify(context, mesh, INFINITY, &coarse), PNB_OK);
+            assert_true(coarse.triangle_count > 0 || mesh->triangle_count == 0);
+            mesh_finish(context, &coarse);
+        }
+        pnb_scene_destroy(scene);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -227,6 +266,7 @@ int main(void)
         cmocka_unit_test(broken_meshes_are_counted),
         cmocka_unit_test(slow_twin_agrees),
         cmocka_unit_test(real_meshes_have_known_counts),
+        cmocka_unit_test(simplified_meshes_stay_closed),
     };
     return cmocka_run_group_tests(tests, setup, teardown);
 }

@@ -210,6 +210,36 @@ static void holes_are_kept_and_touching_rings_part(void **state)
     end(&f);
 }
 
+/* The paper's Figure 4 on two boxes: both crossings part, the notches fill up by what the tips
+ * lose.
+ */
+static void crossings_part_into_lines_of_one_density(void **state)
+{
+    for (int way = 0; way < 2; way++) {
+        double share = way ? 1 : 0.5;
+        struct fixture f;
+        begin(&f);
+        add_box(&f, 0, 0, 1000, 1000);
+        add_box(&f, 500, 500, 1500, 1500);
+        struct planar_result r = sweep(&f, NULL);
+        struct planar_input parted = {0}, given = f.input;
+        size_t count;
+        assert_int_equal(planar_reconnect(f.workspace, &r, share, &parted, &count), PNB_OK);
+        assert_int_equal(count, 2);
+        f.input = parted;
+        r = sweep(&f, &fill_all);
+        assert_int_equal(r.crossing_count, 0);
+        double triangle = 0.5 * (share * 500) * (share * 500);
+        assert_true(area_of_level(&r, 1) == 1750000 + 2 * triangle);
+        assert_true(area_of_level(&r, 2) == 250000 - 2 * triangle);
+        assert_true(area_of_level(&r, 3) == 0);
+        assert_int_equal(planar_reconnect(f.workspace, &r, share, &given, &count), PNB_OK);
+        assert_int_equal(count, 0);
+        planar_input_finish(f.context, &given);
+        end(&f);
+    }
+}
+
 static void nothing_is_fine(void **state)
 {
     struct fixture f;
@@ -465,6 +495,7 @@ int main(void)
         cmocka_unit_test(two_boxes_that_overlap),
         cmocka_unit_test(coincident_edges_add_up),
         cmocka_unit_test(holes_are_kept_and_touching_rings_part),
+        cmocka_unit_test(crossings_part_into_lines_of_one_density),
         cmocka_unit_test(nothing_is_fine),
         cmocka_unit_test(bad_input_is_refused),
         cmocka_unit_test(the_public_door),

@@ -34,7 +34,7 @@ static double uniform(void)
 
 /* Share of the light's area with projection below s, on a grid over [lo, hi]. */
 struct curve {
-    double cx, cy, lo, hi, share[STEPS + 1];
+    double cx, cy, lo, hi, weight, share[STEPS + 1];
 };
 static struct curve curves[DIRECTIONS];
 
@@ -57,6 +57,9 @@ static void make_curves(enum shape shape)
          * evenly. */
         double angle = 3.14159265358979323846 * (d + 0.37) / DIRECTIONS;
         double ex = cos(angle), ey = sin(angle);
+        /* Rectangular lights hang square to what they light more often than not. */
+        double off = fmin(fabs(ex), fabs(ey));
+        c->weight = shape == SQUARE ? 1 + 4 * exp(-pow(off / 0.15, 2)) : 1;
         if (shape == TRIANGLE) { /* pull back through (x, y) -> (x + y/2, y sqrt(3)/2) */
             c->cx = ex;
             c->cy = 0.5 * ex + 0.86602540378443865 * ey;
@@ -89,9 +92,11 @@ static void make_curves(enum shape shape)
     }
 }
 
+/* The root of the mean over directions of the square of each direction's mean squared error: a set
+ * that is good on the whole and bad in some directions would show on every edge that runs there. */
 static double cost(const double *p, int count)
 {
-    double sum = 0;
+    double squares = 0, weights = 0;
     for (int d = 0; d < DIRECTIONS; d++) {
         const struct curve *c = &curves[d];
         double s[K_MAX];
@@ -103,6 +108,7 @@ static double cost(const double *p, int count)
             s[j] = v;
         }
         int i = 0;
+        double sum = 0;
         double width = c->hi - c->lo;
         for (int k = 0; k <= STEPS; k++) {
             double at = c->lo + width * k / STEPS, ring;
@@ -117,8 +123,11 @@ static double cost(const double *p, int count)
             double e = ring - c->share[k];
             sum += e * e;
         }
+        sum /= STEPS + 1.0;
+        squares += c->weight * sum * sum;
+        weights += c->weight;
     }
-    return sum / (DIRECTIONS * (STEPS + 1.0));
+    return sqrt(squares / weights);
 }
 
 static double anneal(enum shape shape, int count, double *best)

@@ -42,45 +42,44 @@ for (const scene of document.querySelectorAll("section.scene")) {
     move();
 }
 
-/* Error maps at another scale: colours anew from the errors themselves, kept as grey codes: 0 no
- * figure, else 128 + 127 sign(e) sqrt(|e|). */
+/* Error maps at another scale: their pixels are codes, 0 no figure, else 128 + 127 sign(e) sqrt(|e|),
+ * coloured by the palette of the PNG, which follows its head. */
 const ramp = JSON.parse(document.querySelector("#ramp").textContent);
+const PALETTE = 33;
 
-function recolor(codes, width, height, scale) {
-    const canvas = document.createElement("canvas");
-    canvas.width = width;
-    canvas.height = height;
-    const drawing = canvas.getContext("2d", {willReadFrequently: true});
-    drawing.drawImage(codes, 0, 0);
-    const pixels = drawing.getImageData(0, 0, width, height);
-    const colors = Array.from({length: 256}, (_, code) => {
-        if (code === 0)
-            return [68, 68, 68];
+function checksum(bytes, from, to) {
+    let value = 0xffffffff;
+    for (let i = from; i < to; i++) {
+        value ^= bytes[i];
+        for (let k = 0; k < 8; k++)
+            value = value >>> 1 ^ (value & 1 ? 0xedb88320 : 0);
+    }
+    return ~value >>> 0;
+}
+
+function recolor(source, scale) {
+    const comma = source.indexOf(",");
+    const bytes = Uint8Array.from(atob(source.slice(comma + 1)), letter => letter.charCodeAt(0));
+    for (let code = 1; code < 256; code++) {
         const size = ((code - 128) / 127) ** 2 * Math.sign(code - 128);
         const at = Math.min(Math.max(0.5 + 0.5 * size / scale, 0), 1);
-        return ramp[Math.round(at * (ramp.length - 1))];
-    });
-    for (let i = 0; i < pixels.data.length; i += 4) {
-        const color = colors[pixels.data[i]];
-        pixels.data[i] = color[0];
-        pixels.data[i + 1] = color[1];
-        pixels.data[i + 2] = color[2];
+        bytes.set(ramp[Math.round(at * (ramp.length - 1))], PALETTE + 8 + 3 * code);
     }
-    drawing.putImageData(pixels, 0, 0);
-    return canvas.toDataURL();
+    const end = PALETTE + 8 + 3 * 256;
+    new DataView(bytes.buffer).setUint32(end, checksum(bytes, PALETTE + 4, end));
+    let text = "";
+    for (let i = 0; i < bytes.length; i += 8192)
+        text += String.fromCharCode(...bytes.subarray(i, i + 8192));
+    return source.slice(0, comma + 1) + btoa(text);
 }
 
 for (const select of document.querySelectorAll("select.scale"))
-    select.addEventListener("change", async () => {
+    select.addEventListener("change", () => {
         const scene = select.closest("section");
         for (const end of select.closest(".legend").querySelectorAll(".ramp b"))
             end.textContent = select.value;
-        for (const map of scene.querySelectorAll("img[data-codes]")) {
-            const codes = new Image();
-            codes.src = map.dataset.codes;
-            await codes.decode();
-            map.src = recolor(codes, codes.naturalWidth, codes.naturalHeight, Number(select.value));
-        }
+        for (const map of scene.querySelectorAll('img[data-kind="error"]'))
+            map.src = recolor(map.src, Number(select.value));
         scene.dispatchEvent(new Event("recolored"));
     });
 
@@ -111,6 +110,26 @@ for (const table of document.querySelectorAll("table.figures")) {
         });
     });
 }
+
+/* The table of all scenes: another figure in its cells. */
+for (const group of document.querySelectorAll(".kinds.matrix")) {
+    const table = document.querySelector("table.matrix");
+    const buttons = [...group.querySelectorAll("button")];
+    const show = figure => {
+        for (const cell of table.querySelectorAll("td[data-rmse]"))
+            cell.textContent = cell.dataset[figure];
+        for (const button of buttons)
+            button.setAttribute("aria-pressed", String(button.dataset.figure === figure));
+    };
+    for (const button of buttons)
+        button.addEventListener("click", () => show(button.dataset.figure));
+    show("rmse");
+}
+
+/* Small pictures are the large ones again. */
+for (const thumb of document.querySelectorAll("img[data-thumb]"))
+    thumb.src = document.querySelector(
+        `#${thumb.dataset.thumb} img[data-entry="truth"][data-kind="picture"]`).src;
 
 /* Full size. */
 const dialog = document.querySelector("dialog");

@@ -7,6 +7,8 @@
 #include "base/base.h"
 #include "scene/scene.h"
 
+struct opengl_method;
+
 struct method {
     pnb_method_info info;
     /* solver->state is the method's own. Fills solver->samples; parameters by solver_param(). */
@@ -18,6 +20,7 @@ struct method {
      * report.samples where it is not solver->samples. */
     pnb_status (*visibility)(pnb_solver *solver, const pnb_light *light,
                              const pnb_receivers *receivers, float *visibility);
+    const struct opengl_method *opengl; /* of methods on OpenGL (method/opengl.h), else NULL */
 };
 
 struct pnb_solver {

@@ -105,6 +105,11 @@ pnb_status planar_rings(struct planar_workspace *workspace, const struct planar_
                         int32_t threshold, struct planar_chains *out_chains);
 void planar_chains_finish(pnb_context *context, struct planar_chains *chains);
 
+/* The same regions with rings parted where they touch in a crossing (reconnect.c), as input of the
+ * next sweep. share: of the shorter edge at a crossing, in (0, 1/2]. out_count: crossings parted. */
+pnb_status planar_reconnect(struct planar_workspace *workspace, const struct planar_result *result,
+                            double share, struct planar_input *out, size_t *out_count);
+
 enum planar_rule {
     PLANAR_RULE_SWEEP = 0, /* as the sweep left them */
     PLANAR_RULE_NEAREST,   /* the paper's: join the two rings, by the nearer of the next points */

@@ -45,6 +45,7 @@ void shadow_builder_finish(struct shadow_builder *b)
         silhouette_outline_finish(b->context, &b->outlines[k]);
     planar_input_finish(b->context, &b->outline);
     planar_input_finish(b->context, &b->levels);
+    planar_input_finish(b->context, &b->parted);
     planar_workspace_destroy(b->workspace);
     void *blocks[] = {b->ring_lo, b->ring_hi, b->leak, b->jump, b->value, b->slot};
     for (size_t i = 0; i < sizeof(blocks) / sizeof(blocks[0]); i++)
@@ -437,6 +438,25 @@ static pnb_status add_outlines(struct shadow_builder *b, struct shadow_plane *pl
     return status;
 }
 
+/* Iso-density lines: new lines may cross others, so some rounds of it. */
+static pnb_status part_rings(struct shadow_builder *b, double share)
+{
+    enum { rounds = 3 };
+    pnb_status status = PNB_OK;
+    size_t parted = 1;
+    for (int i = 0; i < rounds && parted > 0 && !status; i++) {
+        struct planar_result r;
+        status = planar_sweep(b->workspace, b->levels.points, b->levels.point_count,
+                              b->levels.segments, b->levels.segment_count, NULL, &r);
+        if (!status)
+            status = planar_reconnect(b->workspace, &r, share, &b->parted, &parted);
+        struct planar_input t = b->levels;
+        b->levels = b->parted;
+        b->parted = t;
+    }
+    return status;
+}
+
 pnb_status shadow_build(struct shadow_builder *b, struct shadow_plane *plane,
                         const struct light_shape *shape, const struct shadow_cluster *cluster,
                         const struct shadow_settings *settings, struct shadow_part *part)
@@ -465,6 +485,10 @@ pnb_status shadow_build(struct shadow_builder *b, struct shadow_plane *plane,
         return status;
 
     double started = clock_ms();
+    if (settings->reconnect > 0 && rings > 1)
+        status = part_rings(b, settings->reconnect);
+    if (status)
+        return status;
     struct planar_options options = {.triangulate = true, .min_level = 1, .max_level = INT32_MAX};
     b->times.outline_edges += b->levels.segment_count;
     bool mend = settings->mend != SHADOW_MEND_NOT && rings > 1;

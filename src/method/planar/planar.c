@@ -46,7 +46,9 @@ void shadow_settings_read(const pnb_solver *solver, struct shadow_settings *s)
         .fill = (enum planar_rule)word(solver_param(solver, "fill"), fills, 3),
         .mend = (enum shadow_mend)word(solver_param(solver, "mend"), mends, 3),
         .join = solver_param_number(solver, "join"),
+        .reconnect = solver_param_number(solver, "reconnect"),
         .tolerance = solver_param_number(solver, "tolerance"),
+        .simplify = solver_param_number(solver, "simplify"),
     };
 }
 
@@ -73,14 +75,16 @@ static pnb_status make_planes(pnb_solver *solver, vec3 towards)
     if (!state->planes)
         return status_no_memory(context, scene->object_count * sizeof(*state->planes));
     size_t object = 0;
-    pnb_status status = PNB_OK;
+    pnb_status status = shadow_coarse_update(context, scene, &state->settings, &state->coarse);
+    if (status)
+        return status;
     if (!all || !shadow_next_receiver(scene, &object)) {
         status = shadow_find_receiver(context, scene, all ? "" : name, towards, &object);
         all = false;
     }
     while (!status) {
-        status =
-            shadow_plane_init(context, scene, object, towards, &state->planes[state->plane_count]);
+        status = shadow_plane_init(context, scene, state->coarse.meshes, object, towards,
+                                   &state->planes[state->plane_count]);
         if (status)
             break;
         struct shadow_plane *plane = &state->planes[state->plane_count++];
@@ -128,6 +132,7 @@ static void planar_destroy(pnb_solver *solver)
         return;
     forget_planes(solver);
     shadow_part_finish(solver->context, &state->part);
+    shadow_coarse_finish(solver->context, &state->coarse);
     shadow_builder_finish(&state->builder);
     memory_free(solver->context, state);
 }
@@ -205,7 +210,8 @@ pnb_status shadow_visit(pnb_solver *solver, const pnb_light *light, shadow_visit
         if (v3_dot(v3_sub(towards, plane->frame.origin), plane->frame.n) < 0) {
             size_t object = plane->object;
             shadow_plane_finish(context, plane);
-            status = shadow_plane_init(context, solver->scene, object, towards, plane);
+            status = shadow_plane_init(context, solver->scene, state->coarse.meshes, object,
+                                       towards, plane);
         }
         bool refine = state->settings.tolerance > 0;
         for (size_t c = 0; c < (refine ? 1 : cluster_count) && !status; c++) {
@@ -220,6 +226,8 @@ pnb_status shadow_visit(pnb_solver *solver, const pnb_light *light, shadow_visit
     }
     const struct shadow_times *t = &state->builder.times;
     solver_count(solver, "triangles", (double)triangles);
+    if (state->coarse.meshes)
+        solver_count(solver, "occluder_triangles", (double)state->coarse.triangles_after);
     solver_count(solver, "silhouette_edges", (double)t->silhouette_edges);
     solver_count(solver, "crossings", (double)t->crossings);
     solver_count(solver, "careful_sweeps", (double)t->careful);
@@ -283,12 +291,27 @@ static const pnb_param_info params[] = {
      .minimum = 0,
      .maximum = 1e6,
      .summary = "metres: lines nearer than this become one"},
+    {.key = "reconnect",
+     .type = PNB_PARAM_NUMBER,
+     .default_value = "0",
+     .minimum = 0,
+     .maximum = 1,
+     .summary =
+         "iso-density lines: share of the edges at a crossing of rings that gives way; 0: the "
+         "crossing stays, with the mean of its rings"},
     {.key = "tolerance",
      .type = PNB_PARAM_NUMBER,
      .default_value = "0",
      .minimum = 0,
      .maximum = 1,
      .summary = "refine the mesh until it is this near the exact shadow; 0: rings"},
+    {.key = "simplify",
+     .type = PNB_PARAM_NUMBER,
+     .default_value = "0",
+     .minimum = 0,
+     .maximum = 1e6,
+     .summary = "metres: rings of occluders simplified until they are about this far off; 0: as "
+                "they are"},
 };
 
 const struct method method_planar = {

@@ -161,10 +161,11 @@ void shadow_plane_finish(pnb_context *context, struct shadow_plane *plane)
     *plane = (struct shadow_plane){0};
 }
 
-pnb_status shadow_plane_init(pnb_context *context, pnb_scene *scene, size_t object, vec3 towards,
-                             struct shadow_plane *plane)
+pnb_status shadow_plane_init(pnb_context *context, pnb_scene *scene, struct mesh *meshes,
+                             size_t object, vec3 towards, struct shadow_plane *plane)
 {
     *plane = (struct shadow_plane){.object = object};
+    meshes = meshes ? meshes : scene->meshes;
     struct flat_object f = examine(scene, object, towards);
     const pnb_object *receiver = &scene->objects[object].info;
     if (!f.flat) {
@@ -206,11 +207,11 @@ pnb_status shadow_plane_init(pnb_context *context, pnb_scene *scene, size_t obje
     pnb_status status = PNB_OK;
     for (size_t i = 0; i < scene->object_count && !status; i++) {
         const pnb_object *info = &scene->objects[i].info;
-        if (i == object || !info->casts || scene->meshes[info->mesh].triangle_count == 0)
+        if (i == object || !info->casts || meshes[info->mesh].triangle_count == 0)
             continue;
         struct silhouette_occluder *o = &plane->occluders[plane->occluder_count];
-        status = silhouette_occluder_init(context, &scene->meshes[info->mesh],
-                                          info->world_from_mesh, frame, o);
+        status =
+            silhouette_occluder_init(context, &meshes[info->mesh], info->world_from_mesh, frame, o);
         if (status)
             break;
         if (!(o->highest > lift)) { /* in the plane or below it */

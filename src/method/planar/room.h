@@ -22,8 +22,10 @@ struct shadow_settings {
     enum planar_rule fill;
     enum shadow_mend mend;
     double join;      /* metres; 0: the grid's own unit */
+    double reconnect; /* share of the edges at a crossing of rings that gives way; 0: none */
     double tolerance; /* 0: rings */
     bool rings_only;  /* no triangles: for measurements */
+    double simplify;  /* metres that coarser occluders may be off, see mesh/simplify.h; 0: none */
 };
 
 /* A receiver plane with the occluders above it. */
@@ -68,7 +70,7 @@ struct shadow_builder {
     pnb_scene *scene;
     struct planar_workspace *workspace;
     struct silhouette_outline outlines[SILHOUETTE_SAMPLES_MAX];
-    struct planar_input outline, levels;
+    struct planar_input outline, levels, parted;
     struct planar_chains chains;
     int32_t *ring_lo, *ring_hi;
     uint8_t *leak, *jump;
@@ -86,11 +88,24 @@ void shadow_builder_finish(struct shadow_builder *builder);
 pnb_status shadow_builder_update(struct shadow_builder *builder, pnb_update update);
 
 /* object: flat, or with a flat face that looks towards the light and has nothing of it above, else
- * PNB_ERROR_UNSUPPORTED. towards: a world point (the light's middle) on the side that is to be lit.
+ * PNB_ERROR_UNSUPPORTED. meshes: what the occluders are taken from, as many as the scene's, or
+ * NULL: the scene's. towards: a world point (the light's middle) on the side that is to be lit.
  */
-pnb_status shadow_plane_init(pnb_context *context, pnb_scene *scene, size_t object, vec3 towards,
-                             struct shadow_plane *plane);
+pnb_status shadow_plane_init(pnb_context *context, pnb_scene *scene, struct mesh *meshes,
+                             size_t object, vec3 towards, struct shadow_plane *plane);
 void shadow_plane_finish(pnb_context *context, struct shadow_plane *plane);
+/* coarse.c: coarser meshes of the scene's occluders; none: the scene's are to be taken. */
+struct shadow_coarse {
+    struct mesh *meshes;
+    size_t mesh_count, triangles_before, triangles_after;
+    unsigned long version; /* of the scene's geometry that they were made from */
+};
+/* Makes them if the settings ask for it and they are not there. */
+pnb_status shadow_coarse_update(pnb_context *context, pnb_scene *scene,
+                                const struct shadow_settings *settings,
+                                struct shadow_coarse *coarse);
+void shadow_coarse_finish(pnb_context *context, struct shadow_coarse *coarse);
+
 /* The object named by receiver=, or the largest plane ("" or NULL). */
 pnb_status shadow_find_receiver(pnb_context *context, const pnb_scene *scene, const char *name,
                                 vec3 towards, size_t *out_object);
@@ -154,6 +169,7 @@ struct planar_state {
     struct shadow_plane *planes;
     size_t plane_count;
     struct shadow_part part; /* of the last visit */
+    struct shadow_coarse coarse;
 };
 
 /* Makes the shadow on every plane, part by part; visit is called with each (first: the first part

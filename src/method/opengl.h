@@ -1,0 +1,41 @@
+/* method/opengl.h: what the methods on OpenGL share: device, occluders and frame on the device, and
+ * both doors: receivers in and visibility out (pnb_solver_visibility), and an engine's own context
+ * (penumbra/opengl.h). A room gives a struct opengl_method; its struct method points to it and
+ * takes the four functions below. */
+#ifndef METHOD_OPENGL_H
+#define METHOD_OPENGL_H
+
+#include "gl/frame.h"
+#include "light/light.h"
+#include "method/method.h"
+
+struct opengl_state {
+    struct gl_device *device;
+    struct gl_occluders *occluders; /* uploaded */
+    struct gl_frame *frame;         /* of the last receivers; textures are kept for the next */
+    void *room;                     /* the room's own */
+};
+
+/* All are called between gl_device_begin() and gl_device_end(). */
+struct opengl_method {
+    /* Programs and whatever is kept per mesh; occluders are there. Fills state->room. */
+    pnb_status (*create)(pnb_solver *solver, struct opengl_state *state);
+    void (*destroy)(pnb_solver *solver,
+                    struct opengl_state *state); /* also after a failed create */
+    /* Occluders were made anew (moved or deformed); NULL: nothing to do. */
+    pnb_status (*changed)(pnb_solver *solver, struct opengl_state *state);
+    /* One frame, nothing kept from an earlier one but memory: V in [0,1] for every pixel of the
+     * frame into an R32F texture of its size (anything where there is no receiver). Points on the
+     * light's dark side are handled by the caller of this function: they become 0. */
+    pnb_status (*draw)(pnb_solver *solver, struct opengl_state *state,
+                       const struct light_shape *shape, const pnb_light *light,
+                       const struct gl_frame *frame, struct gl_texture *visibility);
+};
+
+pnb_status opengl_create(pnb_solver *solver);
+void opengl_destroy(pnb_solver *solver);
+pnb_status opengl_update(pnb_solver *solver, pnb_update update);
+pnb_status opengl_visibility(pnb_solver *solver, const pnb_light *light,
+                             const pnb_receivers *receivers, float *visibility);
+
+#endif
