@@ -25,6 +25,9 @@ typedef struct pnb_gl_view {
     /* World to clip space of the picture in the depth texture, column-major (as glUniformMatrix
      * takes it), depth range [0,1] in the window, perspective. */
     float clip_from_world[16];
+    /* How your projection fills the depth, where it is not OpenGL's own way. */
+    bool clip_zero_to_one; /* clip z runs from 0 to w: glClipControl(..., GL_ZERO_TO_ONE) */
+    bool depth_reversed;   /* near is 1 in the depth texture and far 0 */
 } pnb_gl_view;
 
 /* Like pnb_solver_create(), in the OpenGL context that is current in this thread.

@@ -20,8 +20,16 @@ struct gl_frame {
         clip_from_world[16]; /* column-major, OpenGL's clip space; finite or infinite far plane */
     vec3 eye;
     double near_m;
-    double lift; /* how far methods lift receivers off their surface, metres */
+    double lift; /* how far methods lift receivers off their surface, metres; each receiver's own
+                    is the alpha of its normal (more than this for a depth texture's) */
+    /* frame.c's own. */
+    struct gl_device *device;
+    struct gl_target *depth_target, *surface_target;
+    struct gl_program *depth_program, *surface_program;
 };
+
+/* Shaders fetch a receiver by  #include "gl/receiver.glsl"  with the samplers
+ * gl_sampler("frame_position", frame->position), gl_sampler("frame_normal", frame->normal). */
 
 /* From arrays with an image and a camera: uploads, and draws the depth. near and far are chosen
  * from the points. PNB_ERROR_UNSUPPORTED where receivers have no image or no camera. */
@@ -30,6 +38,19 @@ pnb_status gl_frame_from_receivers(struct gl_device *device, const pnb_scene *sc
 /* Reuses textures of the same size. */
 pnb_status gl_frame_update(struct gl_frame *frame, const pnb_scene *scene,
                            const pnb_receivers *receivers);
+
+/* The same from an engine's depth texture. */
+struct gl_frame_source {
+    struct gl_texture *depth, *normal; /* adopted; normal NULL: from the depth */
+    bool normals_biased;               /* 0.5 n + 0.5 */
+    int x, y, width, height;
+    double clip_from_world[16]; /* column-major */
+    bool zero_to_one;           /* clip z from 0 to w, as glClipControl() may say; else -w to w */
+    bool reversed;              /* near is 1 in the window, far 0 */
+};
+pnb_status gl_frame_create(struct gl_device *device, struct gl_frame **out_frame); /* empty */
+pnb_status gl_frame_from_depth(struct gl_frame *frame, const pnb_scene *scene,
+                               const struct gl_frame_source *source);
 void gl_frame_destroy(struct gl_frame *frame);
 
 /* All casters of a scene in world space, once per mesh or placement: positions for drawing (maps,
@@ -40,6 +61,11 @@ struct gl_occluder {
     size_t first_edge, edge_count;   /* in edges */
     bool closed; /* every edge has two faces that run along it in opposite directions */
     vec3 low, high;
+    /* Flat, with everything else of the scene on one side (normal points there): shadows nothing
+     * for lights on that side, so that maps need not cover it. */
+    bool floor;
+    vec3 floor_normal;
+    double floor_offset; /* normal . p - offset >= 0 on the scene's side */
 };
 /* An edge and its faces: a to b runs counter-clockwise around the first face. An edge of n uses
  * becomes ceil(n / 2) of these; second is MESH_NONE where there is no partner (open). */

@@ -8,7 +8,8 @@
  *   gl_device_begin  ->  upload, clear, draw, read  ->  gl_device_end
  *
  * Resources belong to a device, are used between begin and end only, and are destroyed there too
- * (destroy(NULL) is fine). Errors of the API are gathered by gl_device_end() and by everything that
+ * (destroy(NULL) is fine; outside, memory is freed and what OpenGL holds stays until the context
+ * goes). Errors of the API are gathered by gl_device_end() and by everything that
  * reads back; draws themselves do not wait.
  */
 #ifndef GL_GL_H
@@ -97,6 +98,10 @@ size_t gl_texture_bytes(const struct gl_texture *texture); /* device memory */
 /* Wraps a texture that the caller owns: only sampled from or drawn to, never deleted. */
 pnb_status gl_texture_adopt(struct gl_device *device, unsigned name, enum gl_format format,
                             int width, int height, struct gl_texture **out_texture);
+/* Whether the caller's texture is a plane with a size; depth: of a depth format. Else
+ * PNB_ERROR_ARGUMENT about what. */
+pnb_status gl_texture_look(struct gl_device *device, unsigned name, bool depth, const char *what,
+                           int *out_width, int *out_height);
 
 #define GL_COLORS_MAX 4
 struct gl_attachment {
@@ -232,7 +237,7 @@ struct gl_uniform {
 struct gl_uniform gl_int(const char *name, int value);
 struct gl_uniform gl_float(const char *name, double value);
 struct gl_uniform gl_vec2(const char *name, double x, double y);
-struct gl_uniform gl_vec3(const char *name, const double v[3]);
+struct gl_uniform gl_vec3(const char *name, const double *v); /* 3; &vec.x does */
 struct gl_uniform gl_vec4(const char *name, double x, double y, double z, double w);
 struct gl_uniform gl_mat4(const char *name, const double column_major[16]);
 struct gl_uniform gl_floats(const char *name, enum gl_uniform_type type, const float *data,

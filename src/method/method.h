@@ -8,6 +8,7 @@
 #include "scene/scene.h"
 
 struct opengl_method;
+struct opengl_solver;
 
 struct method {
     pnb_method_info info;
@@ -30,10 +31,19 @@ struct pnb_solver {
     int samples;
     char **values; /* one per info.params, resolved with the defaults */
     void *state;
+    struct opengl_solver *opengl; /* of a solver on OpenGL (method/opengl.h), else NULL */
+    bool adopts;                  /* pnb_gl_solver_create(): lives in the caller's context */
+    double drawn_ms; /* < 0, or what visibility() measured itself: report.visibility_ms */
     pnb_solver_report report;
     char **warnings;
     size_t warning_capacity;
 };
+
+/* pnb_solver_create() and pnb_gl_solver_create(). */
+pnb_status solver_make(pnb_context *context, pnb_scene *scene, const pnb_solver_desc *desc,
+                       bool adopts, pnb_solver **out_solver);
+/* The light is sound and one of the method's. */
+pnb_status solver_check_light(const pnb_solver *solver, const pnb_light *light);
 
 const char *solver_param(const pnb_solver *solver, const char *key);
 double solver_param_number(const pnb_solver *solver, const char *key);

@@ -32,6 +32,10 @@ struct opengl_method {
                        const struct gl_frame *frame, struct gl_texture *visibility);
 };
 
+/* Whether a solver of a method with two paths is to take the one on OpenGL: its parameter "path"
+ * says so, or it lives in the caller's context. */
+bool opengl_wanted(const pnb_solver *solver);
+
 pnb_status opengl_create(pnb_solver *solver);
 void opengl_destroy(pnb_solver *solver);
 pnb_status opengl_update(pnb_solver *solver, pnb_update update);

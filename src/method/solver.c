@@ -118,8 +118,8 @@ static pnb_status resolve(pnb_solver *solver, const pnb_solver_desc *desc)
     return PNB_OK;
 }
 
-pnb_status pnb_solver_create(pnb_context *context, pnb_scene *scene, const pnb_solver_desc *desc,
-                             pnb_solver **out_solver)
+pnb_status solver_make(pnb_context *context, pnb_scene *scene, const pnb_solver_desc *desc,
+                       bool adopts, pnb_solver **out_solver)
 {
     static const pnb_solver_desc defaults;
     *out_solver = NULL;
@@ -130,6 +130,8 @@ pnb_status pnb_solver_create(pnb_context *context, pnb_scene *scene, const pnb_s
     if (!method)
         return status_fail(context, PNB_ERROR_ARGUMENT, *name ? name : "method",
                            "no method of that name");
+    if (adopts && !method->opengl)
+        return status_fail(context, PNB_ERROR_ARGUMENT, name, "is not a method on OpenGL");
     if (!scene)
         return status_missing(context, "scene");
     pnb_solver *solver = memory_calloc(context, 1, sizeof(*solver));
@@ -138,6 +140,7 @@ pnb_status pnb_solver_create(pnb_context *context, pnb_scene *scene, const pnb_s
     solver->method = method;
     solver->context = context;
     solver->scene = scene;
+    solver->adopts = adopts;
     solver->report.device = "";
     pnb_status status = resolve(solver, desc);
     if (status == PNB_OK) {
@@ -152,6 +155,12 @@ pnb_status pnb_solver_create(pnb_context *context, pnb_scene *scene, const pnb_s
     }
     *out_solver = solver;
     return PNB_OK;
+}
+
+pnb_status pnb_solver_create(pnb_context *context, pnb_scene *scene, const pnb_solver_desc *desc,
+                             pnb_solver **out_solver)
+{
+    return solver_make(context, scene, desc, false, out_solver);
 }
 
 /* destroy() of a method is called for solvers whose create() failed, too: state may be NULL. */
@@ -178,16 +187,11 @@ pnb_status pnb_solver_update(pnb_solver *solver, pnb_update update)
     return status;
 }
 
-pnb_status pnb_solver_visibility(pnb_solver *solver, const pnb_light *light,
-                                 const pnb_receivers *receivers, float *visibility)
+pnb_status solver_check_light(const pnb_solver *solver, const pnb_light *light)
 {
     pnb_context *context = solver->context;
     pnb_status status = pnb_light_check(context, light);
-    if (status == PNB_OK && !receivers)
-        status = status_missing(context, "receivers");
-    if (status != PNB_OK)
-        return status;
-    if (!(solver->method->info.lights & PNB_LIGHT_BIT(light->type))) {
+    if (status == PNB_OK && !(solver->method->info.lights & PNB_LIGHT_BIT(light->type))) {
         char able[256];
         method_list_lights(PNB_LIGHT_BIT(light->type), able, sizeof(able));
         return status_fail(context, PNB_ERROR_UNSUPPORTED,
@@ -195,6 +199,18 @@ pnb_status pnb_solver_visibility(pnb_solver *solver, const pnb_light *light,
                            "the method %s cannot do %s lights; these can: %s",
                            solver->method->info.name, pnb_light_type_name(light->type), able);
     }
+    return status;
+}
+
+pnb_status pnb_solver_visibility(pnb_solver *solver, const pnb_light *light,
+                                 const pnb_receivers *receivers, float *visibility)
+{
+    pnb_context *context = solver->context;
+    pnb_status status = solver_check_light(solver, light);
+    if (status == PNB_OK && !receivers)
+        status = status_missing(context, "receivers");
+    if (status != PNB_OK)
+        return status;
     if (receivers->width < 0 || receivers->height < 0 ||
         (receivers->width > 0 &&
          (size_t)receivers->width * (size_t)receivers->height != receivers->count))
@@ -205,9 +221,11 @@ pnb_status pnb_solver_visibility(pnb_solver *solver, const pnb_light *light,
         return status_fail(context, PNB_ERROR_ARGUMENT, "receivers",
                            "no positions, normals or room for the visibility");
     solver->report.counter_count = 0;
+    solver->drawn_ms = -1;
     double started = clock_ms();
     status = solver->method->visibility(solver, light, receivers, visibility);
-    solver->report.visibility_ms = clock_ms() - started;
+    double passed = clock_ms() - started;
+    solver->report.visibility_ms = solver->drawn_ms >= 0 ? solver->drawn_ms : passed;
     return status;
 }
 

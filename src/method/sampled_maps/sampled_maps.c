@@ -18,6 +18,7 @@
 #include "light/light.h"
 #include "map/map.h"
 #include "method/method.h"
+#include "method/sampled_maps/opengl.h"
 
 struct sampled_maps {
     struct map_geometry *geometry;
@@ -37,6 +38,8 @@ struct sum_job {
 
 static pnb_status sampled_create(pnb_solver *solver)
 {
+    if (opengl_wanted(solver))
+        return opengl_create(solver);
     struct sampled_maps *m = solver->state = memory_calloc(solver->context, 1, sizeof(*m));
     if (!m)
         return status_no_memory(solver->context, sizeof(*m));
@@ -49,6 +52,8 @@ static pnb_status sampled_create(pnb_solver *solver)
 static void sampled_destroy(pnb_solver *solver)
 {
     struct sampled_maps *m = solver->state;
+    if (solver->opengl)
+        opengl_destroy(solver);
     if (m)
         map_geometry_destroy(m->geometry);
     memory_free(solver->context, m);
@@ -57,6 +62,8 @@ static void sampled_destroy(pnb_solver *solver)
 static pnb_status sampled_update(pnb_solver *solver, pnb_update update)
 {
     struct sampled_maps *m = solver->state;
+    if (solver->opengl)
+        return opengl_update(solver, update);
     return map_geometry_update(solver->scene, &m->geometry);
 }
 
@@ -133,6 +140,8 @@ static pnb_status sampled_visibility(pnb_solver *solver, const pnb_light *light,
                                      const pnb_receivers *receivers, float *visibility)
 {
     struct sampled_maps *m = solver->state;
+    if (solver->opengl)
+        return opengl_visibility(solver, light, receivers, visibility);
     struct light_shape shape;
     pnb_status status = light_shape_init(solver->context, light, &shape);
     if (status != PNB_OK)
@@ -175,6 +184,8 @@ static pnb_status sampled_visibility(pnb_solver *solver, const pnb_light *light,
 static const pnb_param_info params[] = {
     {"size", PNB_PARAM_INTEGER, "1024", 2, 16384, NULL, "a map has size x size texels"},
     {"bias", PNB_PARAM_NUMBER, "1", 0, 1000, NULL, "of the depth test, in texels"},
+    {"path", PNB_PARAM_CHOICE, "cpu", 0, 0, "cpu|opengl",
+     "where: on the CPU, or on OpenGL (pixels of an image only)"},
     {"placement", PNB_PARAM_CHOICE, "cells", 0, 0, "cells|ends",
      "samples of a line: middles of equal pieces, or from end to end"},
 };
@@ -199,6 +210,7 @@ const struct method method_sampled_maps = {
     .destroy = sampled_destroy,
     .update = sampled_update,
     .visibility = sampled_visibility,
+    .opengl = &sampled_maps_opengl,
 };
 
 const struct method method_hard_map = {
@@ -213,10 +225,11 @@ const struct method method_hard_map = {
             .receivers = PNB_RECEIVERS_ANY,
             .processor = PNB_PROCESSOR_CPU,
             .params = params,
-            .param_count = 2,
+            .param_count = 3,
         },
     .create = sampled_create,
     .destroy = sampled_destroy,
     .update = sampled_update,
     .visibility = sampled_visibility,
+    .opengl = &sampled_maps_opengl,
 };

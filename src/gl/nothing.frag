@@ -1,0 +1,4 @@
+// For programs that write depth or stencil only, where a fragment shader is demanded.
+void main()
+{
+}
