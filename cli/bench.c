@@ -23,7 +23,12 @@
 static const char help_text[] =
     "Without SUITE, or with 'all', every suite runs. What follows SUITE is handed to the suite;\n"
     "'penumbra bench SUITE --help' shows what it takes.\n\n"
+    "'penumbra bench all -o DIR' measures every method on every built-in scene instead and writes\n"
+    "one page: errors, times, motion, cost, the papers remade. It is short for\n"
+    "  penumbra compare builtin:all --methods all --series --motion --curves --papers -s 400x300\n"
+    "and takes the options of compare.\n\n"
     "examples\n"
+    "  penumbra bench all -o page\n"
     "  penumbra bench\n"
     "  penumbra bench reference\n"
     "  penumbra bench reference --json\n";
@@ -151,6 +156,30 @@ static void print_suites(const struct suites *suites)
         printf("  (none found)\n");
 }
 
+/* Everything on one page: a comparison with all that it can do. */
+static int write_page(int argc, char **argv)
+{
+    static char *const words[] = {"compare",  "builtin:all", "--methods", "all", "--series",
+                                  "--motion", "--curves",    "--papers",  "-s",  "400x300"};
+    const int count = sizeof(words) / sizeof(words[0]);
+    char **line = calloc((size_t)(count + argc), sizeof(*line));
+    if (!line)
+        return cli_error("memory", "none left");
+    memcpy(line, words, sizeof(words));
+    memcpy(line + count, argv + 2, (size_t)(argc - 2) * sizeof(*line));
+    int result = command_compare(count + argc - 2, line);
+    free(line);
+    return result;
+}
+
+static bool names_output(int argc, char **argv)
+{
+    bool found = false;
+    for (int i = 2; i < argc; i++)
+        found |= strncmp(argv[i], "-o", 2) == 0 || strncmp(argv[i], "--output", 8) == 0;
+    return found;
+}
+
 int command_bench(int argc, char **argv)
 {
     static const struct cli_command command = {
@@ -161,6 +190,8 @@ int command_bench(int argc, char **argv)
         .most_operands = 1,
         .text = help_text,
     };
+    if (argc > 2 && strcmp(argv[1], "all") == 0 && names_output(argc, argv))
+        return write_page(argc, argv);
     struct suites suites = {0};
     find_suites(&suites);
 

@@ -8,6 +8,8 @@
 #include "compare.h"
 
 #include "commands.h"
+#include "compare_curves.h"
+#include "compare_motion.h"
 
 #include <errno.h>
 #include <math.h>
@@ -28,6 +30,10 @@ static const char help_text[] =
     "nothing else. A method asked for by name that cannot do the scene is an error, found at "
     "once;\n"
     "of several scenes it is left out of those that it cannot do.\n\n"
+    "SCENE builtin:all stands for every built-in scene. --motion moves the light (or an occluder) "
+    "of\n"
+    "each scene along a short path, at half the size, and measures flicker and popping. --curves\n"
+    "and --papers do not depend on SCENE. 'penumbra bench all -o DIR' is all of it at once.\n\n"
     "--image FILE: one channel is a visibility (in EXR: the channel visibility); three channels\n"
     "are a picture, judged by its luminance against the true picture (PNG is taken as sRGB). The\n"
     "size must be that of -s, the camera that of the scene; pixels that are NaN do not count.\n\n"
@@ -39,10 +45,22 @@ static const char help_text[] =
     "  penumbra compare cow.obj --methods reference:16,reference:64 --truth-samples 16384 -o r\n"
     "  penumbra compare scene.json --image cycles.exr --image other-visibility.pfm -o report\n";
 
-static const char *truth_samples_text;
+#define MOTION_FRAMES     16
+#define MOTION_FRAMES_MAX 1000
+
+static const char *truth_samples_text, *motion_text, *motion_path_text, *motion_frames_text,
+    *curves_text, *papers_text, *series_text;
 
 static const struct cli_extra extras[] = {
     {"truth-samples", "N", "light samples of the truth (default 4096)", &truth_samples_text},
+    {"series", NULL, "also: methods at several numbers of samples, in tables and plots alone",
+     &series_text},
+    {"motion", NULL, "also: how much more each method jumps between frames than the truth",
+     &motion_text},
+    {"motion-path", "light|occluder", "what moves (default light)", &motion_path_text},
+    {"motion-frames", "N", "frames of the motion (default 16)", &motion_frames_text},
+    {"curves", NULL, "also: time and error over triangles, light size, pixels", &curves_text},
+    {"papers", NULL, "also: the papers' tables and figures, made again", &papers_text},
 };
 
 static const struct cli_command command = {
@@ -212,9 +230,71 @@ static int check_scenes(struct cli_session *session, const struct compare_run *r
                        : cli_error("compare", "no method is left: none can do any of the scenes");
 }
 
-/* Everything that is measured, in the order of the page's parts; each writes its section. */
+/* What the extras ask for beside the scenes. */
+struct wishes {
+    int truth_samples;
+    bool motion, occluder, curves, papers;
+    int motion_frames;
+};
+
+static struct compare_motion plan_motion(const struct cli_options *options,
+                                         const struct wishes *wishes)
+{
+    int width = options->width / 2, height = options->height / 2;
+    return (struct compare_motion){.frames = wishes->motion_frames,
+                                   .width = width > 0 ? width : 1,
+                                   .height = height > 0 ? height : 1};
+}
+
+/* Of many scenes the motion of a few says as much. */
+static bool moves(const struct compare_run *run, const struct compare_scene *scene)
+{
+    static const char *const shown[] = {"two-boxes", "knot",      "fence",        "spheres-9x9",
+                                        "leaves",    "jack-tube", "light-size-3", "outdoor"};
+    bool wanted = run->path_count <= 10;
+    for (size_t i = 0; i < sizeof(shown) / sizeof(shown[0]); i++)
+        wanted |= strcmp(report_scene_name(scene), shown[i]) == 0;
+    return wanted;
+}
+
+static double plan_units(const struct compare_run *run, const struct wishes *wishes)
+{
+    const struct cli_options *options = run->options;
+    double units = (double)run->path_count * compare_scene_units(options, wishes->truth_samples);
+    struct compare_motion motion = plan_motion(options, wishes);
+    for (size_t i = 0; i < run->path_count && wishes->motion; i++)
+        if (moves(run, &(struct compare_scene){.path = run->paths[i]}))
+            units += compare_motion_units(&motion, pnb_method_count());
+    if (wishes->curves)
+        units += compare_curves_units();
+    if (wishes->papers)
+        units += compare_papers_units();
+    return units;
+}
+
+static int run_motion(struct cli_session *session, struct compare_run *run,
+                      const struct wishes *wishes, const struct compare_scene *scene, FILE *page,
+                      json_t *json)
+{
+    struct compare_motion *motion = &run->motion[run->motion_count];
+    *motion = plan_motion(run->options, wishes);
+    char text[64];
+    snprintf(text, sizeof(text), "%.40s: motion", report_scene_name(scene));
+    cli_session_step(session, text, compare_motion_units(motion, pnb_method_count()));
+    int result = compare_motion_run(session, scene, wishes->occluder, motion);
+    if (result == CLI_GO_ON) {
+        if (run->motion_count == 0)
+            report_html_motion_begin(page, motion);
+        report_html_motion(page, motion, run->motion_count++);
+        json_object_set_new(json, "motion", report_json_motion(motion));
+    }
+    compare_motion_finish(session->context, motion);
+    return result;
+}
+
+/* Each scene writes its section, and its motion another. */
 static int run_scenes(struct cli_session *session, struct compare_run *run, const pnb_image *images,
-                      int truth_samples, FILE *body, json_t *scenes)
+                      const struct wishes *wishes, FILE *body, FILE *motion, json_t *scenes)
 {
     const struct cli_options *options = session->options;
     int result = CLI_GO_ON;
@@ -222,52 +302,103 @@ static int run_scenes(struct cli_session *session, struct compare_run *run, cons
         struct compare_scene *scene = &run->scenes[run->scene_count++];
         *scene =
             (struct compare_scene){.path = run->paths[i], .one_of_several = run->path_count > 1};
-        result = compare_scene_run(session, images, truth_samples, scene);
+        result = compare_scene_run(session, images, wishes->truth_samples, scene);
         if (result != CLI_GO_ON)
             break;
         report_html_scene(body, run, scene, i);
         compare_scene_drop_pictures(session->context, scene);
-        json_array_append_new(scenes, report_json_scene(run, scene));
+        json_t *json = report_json_scene(run, scene);
+        json_array_append_new(scenes, json);
+        if (wishes->motion && moves(run, scene))
+            result = run_motion(session, run, wishes, scene, motion, json);
         cli_session_clear_bar(session);
-        if (!options->json && !options->quiet)
+        if (result == CLI_GO_ON && !options->json && !options->quiet)
             print_table(scene);
     }
+    if (run->motion_count)
+        fprintf(motion, "</section>\n");
+    return result;
+}
+
+static int run_extras(struct cli_session *session, const struct wishes *wishes,
+                      struct compare_curves *curves, struct compare_papers *papers)
+{
+    int result = CLI_GO_ON;
+    if (wishes->curves)
+        result = compare_curves_run(session, curves);
+    if (result == CLI_GO_ON && wishes->papers)
+        result = compare_papers_run(session, papers);
+    return result;
+}
+
+/* A part of the page in memory. */
+struct part {
+    FILE *file;
+    char *text;
+    size_t size;
+};
+
+static int write_page(struct cli_session *session, struct part *parts, size_t count,
+                      const char *report)
+{
+    size_t size = 0;
+    for (size_t i = 0; i < count; i++)
+        size += parts[i].size;
+    char *page = malloc(size + 1), *at = page;
+    for (size_t i = 0; page && i < count; i++) {
+        memcpy(at, parts[i].text, parts[i].size);
+        at += parts[i].size;
+    }
+    int result = page ? write_results(session, page, size, report) : no_memory();
+    free(page);
     return result;
 }
 
 static int run_all(struct cli_session *session, struct compare_run *run, const pnb_image *images,
-                   int truth_samples)
+                   const struct wishes *wishes)
 {
+    enum { HEAD, EXTRAS, MOTION, BODY, PARTS };
     const struct cli_options *options = session->options;
-    char *head_text = NULL, *body_text = NULL, *report_text = NULL;
-    size_t head_size = 0, body_size = 0;
-    FILE *head = open_memstream(&head_text, &head_size);
-    FILE *body = open_memstream(&body_text, &body_size);
+    struct part parts[PARTS] = {{0}};
+    struct compare_curves curves = {0};
+    struct compare_papers papers = {0};
+    char *report_text = NULL;
     json_t *scenes = json_array();
     run->scenes = calloc(run->path_count, sizeof(*run->scenes));
-    int result = head && body && scenes && run->scenes ? CLI_GO_ON : no_memory();
-    if (result == CLI_GO_ON)
-        result = run_scenes(session, run, images, truth_samples, body, scenes);
-    if (result == CLI_GO_ON) {
-        report_html_begin(head, run);
-        report_html_summary(head, run);
-        report_html_end(body, run);
+    run->motion = calloc(run->path_count, sizeof(*run->motion));
+    int result = scenes && run->scenes && run->motion ? CLI_GO_ON : no_memory();
+    for (int i = 0; i < PARTS && result == CLI_GO_ON; i++) {
+        parts[i].file = open_memstream(&parts[i].text, &parts[i].size);
+        if (!parts[i].file)
+            result = no_memory();
     }
-    bool bad = head && (ferror(head) | fclose(head));
-    bad |= body && (ferror(body) | fclose(body));
-    if (bad && result == CLI_GO_ON)
-        result = no_memory();
+    cli_session_plan(session, plan_units(run, wishes));
+    if (run->path_count > 8 || wishes->curves || wishes->papers)
+        session->repeat_ms = 120;
+    if (result == CLI_GO_ON)
+        result =
+            run_scenes(session, run, images, wishes, parts[BODY].file, parts[MOTION].file, scenes);
+    if (result == CLI_GO_ON)
+        result = run_extras(session, wishes, &curves, &papers);
+    run->curves = wishes->curves ? &curves : NULL;
+    run->papers = wishes->papers ? &papers : NULL;
+    if (result == CLI_GO_ON) {
+        report_html_begin(parts[HEAD].file, run);
+        report_html_summary(parts[HEAD].file, run);
+        if (run->curves)
+            report_html_curves(parts[EXTRAS].file, run->curves);
+        if (run->papers)
+            report_html_papers(parts[EXTRAS].file, run, run->papers, run->curves);
+        report_html_end(parts[BODY].file, run);
+    }
+    for (int i = 0; i < PARTS; i++)
+        if (parts[i].file && (ferror(parts[i].file) | fclose(parts[i].file)) && result == CLI_GO_ON)
+            result = no_memory();
+    cli_session_clear_bar(session);
     json_t *report = report_json(run, scenes);
     if (result == CLI_GO_ON) {
         report_text = json_dumps(report, JSON_INDENT(2) | JSON_REAL_PRECISION(9));
-        char *page = malloc(head_size + body_size);
-        result = report_text && page ? CLI_GO_ON : no_memory();
-        if (result == CLI_GO_ON) {
-            memcpy(page, head_text, head_size);
-            memcpy(page + head_size, body_text, body_size);
-            result = write_results(session, page, head_size + body_size, report_text);
-        }
-        free(page);
+        result = report_text ? write_page(session, parts, PARTS, report_text) : no_memory();
     }
     if (result == CLI_GO_ON && options->json)
         result = cli_json_print(json_incref(report));
@@ -275,11 +406,14 @@ static int run_all(struct cli_session *session, struct compare_run *run, const p
         printf("%s/index.html\n", options->output);
     json_decref(report);
     free(report_text);
-    free(head_text);
-    free(body_text);
+    for (int i = 0; i < PARTS; i++)
+        free(parts[i].text);
+    compare_curves_finish(&curves);
+    compare_papers_finish(session->context, &papers);
     for (size_t i = 0; run->scenes && i < run->scene_count; i++)
         compare_scene_finish(session->context, &run->scenes[i]);
     free(run->scenes);
+    free(run->motion);
     return result == CLI_GO_ON ? CLI_EXIT_DONE : result;
 }
 
@@ -303,16 +437,60 @@ static bool list_paths(const struct cli_options *options, struct compare_run *ru
     return run->paths != NULL;
 }
 
-static int check_line(const struct cli_options *options, long *truth_samples)
+/* Each method that samples at a quarter and at four times its usual number, the reference from 16
+ * on, and settings that its document recommends, where the method is there and has them. */
+static bool add_series(struct cli_options *options)
 {
+    static const char *const more[] = {"reference:16", "reference:64", "reference:256",
+                                       "planar:tolerance=0.0156"};
+    size_t before = options->choice_count;
+    bool good = before > 0 || cli_add_methods(options, "all");
+    before = options->choice_count;
+    for (size_t i = 0; i < sizeof(more) / sizeof(more[0]) && good; i++) {
+        char name[64];
+        snprintf(name, sizeof(name), "%.*s", (int)strcspn(more[i], ":"), more[i]);
+        if (pnb_method_find(name))
+            good = cli_add_methods(options, more[i]);
+    }
+    for (size_t i = 0; i < pnb_method_count() && good; i++) {
+        const pnb_method_info *method = pnb_method(i);
+        if (!method->samples || strcmp(method->name, "reference") == 0)
+            continue;
+        char text[160];
+        int few = method->default_samples / 4;
+        snprintf(text, sizeof(text), "%s:%d,%s:%d", method->name, few > 2 ? few : 2, method->name,
+                 4 * method->default_samples);
+        good = cli_add_methods(options, text);
+    }
+    for (size_t i = before; i < options->choice_count; i++)
+        options->choices[i].figures_only = true;
+    return good;
+}
+
+static int check_line(const struct cli_options *options, struct wishes *wishes)
+{
+    long truth_samples = TRUTH_SAMPLES, frames = MOTION_FRAMES;
     if (!options->output)
         return cli_usage_error("compare", "command line", "missing -o DIR");
     if (options->image_count && options->operand_count > 1)
         return cli_usage_error("compare", "--image", "judges one scene; %zu are given",
                                options->operand_count);
     if (truth_samples_text && !cli_read_integer("compare", "--truth-samples", truth_samples_text, 1,
-                                                TRUTH_SAMPLES_MAX, truth_samples))
+                                                TRUTH_SAMPLES_MAX, &truth_samples))
         return CLI_EXIT_USAGE;
+    if (motion_frames_text && !cli_read_integer("compare", "--motion-frames", motion_frames_text, 2,
+                                                MOTION_FRAMES_MAX, &frames))
+        return CLI_EXIT_USAGE;
+    bool occluder = motion_path_text && strcmp(motion_path_text, "occluder") == 0;
+    if (motion_path_text && !occluder && strcmp(motion_path_text, "light") != 0)
+        return cli_usage_error("compare", "--motion-path", "'%.60s' is neither light nor occluder",
+                               motion_path_text);
+    *wishes = (struct wishes){.truth_samples = (int)truth_samples,
+                              .motion = motion_text || motion_path_text || motion_frames_text,
+                              .occluder = occluder,
+                              .curves = curves_text != NULL,
+                              .papers = papers_text != NULL,
+                              .motion_frames = (int)frames};
     return check_folder(options->output);
 }
 
@@ -321,7 +499,8 @@ int command_compare(int argc, char **argv)
     /* Reading the options cuts some arguments into words. */
     char *line = command_line(argc, argv);
     struct cli_options options;
-    truth_samples_text = NULL;
+    truth_samples_text = motion_text = motion_path_text = motion_frames_text = curves_text =
+        papers_text = series_text = NULL;
     int result = cli_options_init(&command, argc, argv, &options);
     if (result != CLI_GO_ON) {
         free(line);
@@ -329,8 +508,8 @@ int command_compare(int argc, char **argv)
     }
     struct cli_session session = {0};
     pnb_image *images = calloc(options.image_count + 1, sizeof(*images));
-    long truth_samples = TRUTH_SAMPLES;
-    result = images && line ? check_line(&options, &truth_samples) : no_memory();
+    struct wishes wishes = {0};
+    result = images && line ? check_line(&options, &wishes) : no_memory();
     if (result == CLI_GO_ON)
         result = cli_session_init(&session, &options);
     if (result == CLI_GO_ON) {
@@ -345,16 +524,18 @@ int command_compare(int argc, char **argv)
         char processor[256];
         snprintf(run.processor, sizeof(run.processor), "%s",
                  cli_device(NULL, processor, sizeof(processor)));
-        if (truth_samples < 1024)
+        if (wishes.truth_samples < 1024)
             cli_session_warn(&session, "the truth has fewer than 1024 samples: the figures "
                                        "contain its own noise");
         result = read_images(&session, images);
+        if (result == CLI_GO_ON && series_text && !add_series(&options))
+            result = CLI_EXIT_FAILED;
         if (result == CLI_GO_ON && !list_paths(&options, &run))
             result = no_memory();
         if (result == CLI_GO_ON && run.path_count > 1)
             result = check_scenes(&session, &run);
         if (result == CLI_GO_ON)
-            result = run_all(&session, &run, images, (int)truth_samples);
+            result = run_all(&session, &run, images, &wishes);
         for (size_t i = 0; i < options.image_count; i++)
             pnb_image_finish(session.context, &images[i]);
         for (size_t i = 0; i < run.path_count; i++)

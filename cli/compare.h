@@ -39,8 +39,10 @@ struct compare_entry {
 
 struct compare_scene {
     const char *path;
-    const char *title;   /* of a built-in scene, else NULL */
-    bool one_of_several; /* methods that cannot do it are left out */
+    const char *title;                 /* of a built-in scene, else NULL */
+    pnb_scene *given;                  /* measured instead of the file; path is then only a name */
+    const struct cli_options *options; /* instead of the session's */
+    bool one_of_several;               /* methods that cannot do it are left out */
     int width, height;
     size_t light_index, light_count, triangle_count;
     const char *light_type;
@@ -68,7 +70,8 @@ struct compare_run {
     size_t path_count;
     struct compare_scene *scenes; /* done so far; without their pictures */
     size_t scene_count;
-    struct compare_motion *motion; /* per scene, or NULL: not asked for */
+    struct compare_motion *motion; /* room for one per scene */
+    size_t motion_count;           /* done; their pictures are gone */
     struct compare_curves *curves; /* or NULL */
     struct compare_papers *papers; /* or NULL */
 };
@@ -83,6 +86,12 @@ int compare_scene_check(struct cli_session *session, struct compare_scene *scene
 void compare_scene_finish(pnb_context *context, struct compare_scene *scene);
 /* Frees the pictures and errors per pixel; figures stay. */
 void compare_scene_drop_pictures(pnb_context *context, struct compare_scene *scene);
+
+/* What compare_scene_run() takes, in units of cli_session_plan(). */
+double compare_scene_units(const struct cli_options *options, int truth_samples);
+/* The entry's method on the scene, with its samples and parameters. */
+pnb_status compare_entry_solver(pnb_context *context, pnb_scene *scene,
+                                const struct compare_entry *entry, pnb_solver **out_solver);
 
 /* An 8-bit grey PNG with 256 colours instead of its greys; out: malloc()ed. */
 bool compare_png_palette(const uint8_t *grey, size_t size, const uint8_t (*colors)[3],
@@ -105,6 +114,7 @@ const char *report_scene_name(const struct compare_scene *scene); /* its path wi
 void report_html_count(FILE *page, size_t count);                 /* 1,234,567 */
 void report_html_duration(FILE *page, double ms);
 void report_html_entry(FILE *page, const pnb_method_info *method, const char *label); /* with dot */
+void report_html_png(FILE *page, const struct compare_png *png); /* as a data: address */
 /* Which method for which scene, the figures of all, error against time over all scenes. */
 void report_html_summary(FILE *page, const struct compare_run *run);
 
@@ -132,6 +142,9 @@ void report_plot_points(FILE *page, const struct report_point *points, size_t co
                         const char *x_title, const char *y_title);
 void report_plot_curves(FILE *page, const struct report_curve *curves, size_t count,
                         const char *x_title, const char *y_title);
+/* The same over whole numbers, linear in x. */
+void report_plot_steps(FILE *page, const struct report_curve *curves, size_t count,
+                       const char *x_title, const char *y_title);
 /* RMSE against milliseconds. */
 void report_plot_time(FILE *page, const struct compare_scene *scene);
 struct report_point report_point(const struct compare_entry *entry, double time, double error);

@@ -59,6 +59,37 @@ static int no_memory(void)
     return cli_error("memory", "none left");
 }
 
+/* ---- progress ---- */
+
+/* About milliseconds. A sample of a ray is some 8 ns; others take about as long as their
+ * repetitions for the median. */
+static double entry_units(const struct cli_options *options, const char *name, int samples)
+{
+    double pixels = (double)options->width * options->height;
+    return strcmp(name, "reference") == 0 ? pixels * samples * 8e-6 : 150 + pixels * 1e-3;
+}
+
+double compare_scene_units(const struct cli_options *options, int truth_samples)
+{
+    double units = entry_units(options, "reference", truth_samples);
+    for (size_t i = 0; i < options->choice_count; i++) {
+        const struct cli_choice *choice = &options->choices[i];
+        units += entry_units(options, choice->method, choice->samples ? choice->samples : 1024);
+    }
+    if (options->choice_count == 0)
+        units += entry_units(options, "reference", 1360) +
+                 entry_units(options, "", 0) * (double)pnb_method_count();
+    return units;
+}
+
+static void step(struct bench *bench, const char *what, double units)
+{
+    char text[64];
+    snprintf(text, sizeof(text), "%.30s: %.28s", report_scene_name(bench->result), what);
+    if (bench->session->bar.total > 0)
+        cli_session_step(bench->session, text, units);
+}
+
 /* ---- pictures ---- */
 
 static int encode_picture(struct bench *bench, const float *rgb, struct compare_png *png)
@@ -249,14 +280,14 @@ static void leave_out(struct bench *bench, size_t index)
     memmove(entry, entry + 1, (result->entry_count - index) * sizeof(*entry));
 }
 
-static pnb_status create_solver(struct bench *bench, const struct compare_entry *entry,
-                                pnb_solver **out_solver)
+pnb_status compare_entry_solver(pnb_context *context, pnb_scene *scene,
+                                const struct compare_entry *entry, pnb_solver **out_solver)
 {
     pnb_solver_desc desc = {.method = entry->name,
                             .samples = entry->samples,
                             .params = entry->params,
                             .param_count = entry->param_count};
-    return pnb_solver_create(bench->session->context, bench->scene, &desc, out_solver);
+    return pnb_solver_create(context, scene, &desc, out_solver);
 }
 
 /* Before any long work: each method makes its solver and a frame without receivers. Those that
@@ -269,7 +300,7 @@ static int check_methods(struct bench *bench)
         pnb_solver *solver = NULL;
         pnb_status status = PNB_OK;
         if (entry->method)
-            status = create_solver(bench, entry, &solver);
+            status = compare_entry_solver(bench->session->context, bench->scene, entry, &solver);
         if (solver)
             status = pnb_solver_visibility(solver, &bench->light, &(pnb_receivers){0}, NULL);
         pnb_solver_destroy(solver);
@@ -289,10 +320,10 @@ static int run_method(struct bench *bench, struct compare_entry *entry, bool *le
     struct cli_session *session = bench->session;
     pnb_solver *solver = NULL;
     pnb_solver_report report;
-    pnb_status status = create_solver(bench, entry, &solver);
+    pnb_status status = compare_entry_solver(bench->session->context, bench->scene, entry, &solver);
     if (status == PNB_OK)
-        status =
-            cli_solve(solver, &bench->light, &bench->receivers, true, bench->visibility, &report);
+        status = cli_solve(session, solver, &bench->light, &bench->receivers, true,
+                           bench->visibility, &report);
     if (status == PNB_OK) {
         entry->milliseconds = report.visibility_ms;
         keep_report(entry, &report);
@@ -516,7 +547,11 @@ static int load(struct bench *bench)
 {
     const struct cli_options *options = bench->options;
     struct compare_scene *result = bench->result;
-    int done = cli_scene_load(bench->session, result->path, &bench->scene);
+    int done = CLI_GO_ON;
+    if (result->given)
+        bench->scene = result->given;
+    else
+        done = cli_scene_load(bench->session, result->path, &bench->scene);
     if (done != CLI_GO_ON)
         return done;
     result->width = options->width, result->height = options->height;
@@ -535,7 +570,8 @@ static int load(struct bench *bench)
     pnb_scene_light(bench->scene, result->light_index, &bench->light);
     result->light_type = pnb_light_type_name(bench->light.type);
     done = choose_entries(bench);
-    return done == CLI_GO_ON ? check_methods(bench) : done;
+    /* A choice of all needs no check: who cannot is left out when it is his turn. */
+    return done == CLI_GO_ON && !compares_all(options) ? check_methods(bench) : done;
 }
 
 static int run_scene(struct bench *bench, int truth_samples)
@@ -562,11 +598,13 @@ static int run_scene(struct bench *bench, int truth_samples)
         !bench->truth_rgb)
         return no_memory();
 
+    step(bench, "truth", entry_units(bench->options, "reference", truth_samples));
     done = solve_truth(bench, truth_samples);
     size_t image = 0;
     for (size_t i = 0; i < result->entry_count && done == CLI_GO_ON;) {
         struct compare_entry *entry = &result->entries[i];
         bool left_out = false;
+        step(bench, entry->label, entry_units(bench->options, entry->name, entry->samples));
         done = entry->method ? run_method(bench, entry, &left_out)
                              : run_image(bench, entry, &bench->images[image++]);
         if (done == CLI_GO_ON && cli_session_stopped())
@@ -586,7 +624,8 @@ static void finish_bench(struct bench *bench)
     free(bench->truth_rgb);
     free(bench->mask);
     pnb_surface_destroy(bench->surface);
-    pnb_scene_destroy(bench->scene);
+    if (!bench->result->given)
+        pnb_scene_destroy(bench->scene);
 }
 
 void compare_scene_drop_pictures(pnb_context *context, struct compare_scene *scene)
@@ -615,19 +654,30 @@ void compare_scene_finish(pnb_context *context, struct compare_scene *scene)
     free_texts(scene->notes, scene->note_count);
 }
 
+static struct bench make_bench(struct cli_session *session, const pnb_image *images,
+                               struct compare_scene *scene)
+{
+    return (struct bench){.session = session,
+                          .options = scene->options ? scene->options : session->options,
+                          .images = images,
+                          .result = scene};
+}
+
 int compare_scene_run(struct cli_session *session, const pnb_image *images, int truth_samples,
                       struct compare_scene *scene)
 {
-    struct bench bench = {
-        .session = session, .options = session->options, .images = images, .result = scene};
+    struct bench bench = make_bench(session, images, scene);
+    const struct cli_options *kept = session->options;
+    session->options = bench.options;
     int result = run_scene(&bench, truth_samples);
+    session->options = kept;
     finish_bench(&bench);
     return result;
 }
 
 int compare_scene_check(struct cli_session *session, struct compare_scene *scene)
 {
-    struct bench bench = {.session = session, .options = session->options, .result = scene};
+    struct bench bench = make_bench(session, NULL, scene);
     int result = load(&bench);
     finish_bench(&bench);
     return result;

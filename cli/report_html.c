@@ -61,6 +61,12 @@ void report_html_duration(FILE *page, double ms)
         fprintf(page, "%.0f min %02.0f s", floor(ms / 60e3), fmod(ms / 1e3, 60));
 }
 
+void report_html_png(FILE *page, const struct compare_png *png)
+{
+    fprintf(page, "data:image/png;base64,");
+    put_base64(page, png->bytes, png->size);
+}
+
 void report_html_entry(FILE *page, const pnb_method_info *method, const char *label)
 {
     fprintf(page, "<i class=\"dot\" style=\"background:var(--c%d)\"></i>", report_color(method));
@@ -88,7 +94,7 @@ void report_html_begin(FILE *page, const struct compare_run *run)
     fprintf(page, "<nav>");
     if (run->scene_count > 1)
         fprintf(page, "<a href=\"#summary\"><b>Which method?</b></a> ");
-    if (run->motion)
+    if (run->motion_count)
         fprintf(page, "<a href=\"#motion\"><b>Motion</b></a> ");
     if (run->curves)
         fprintf(page, "<a href=\"#cost\"><b>Cost</b></a> ");

@@ -1,5 +1,5 @@
 /* cli/report_json.c: a comparison as report.json. The keys that the documents promise, and more. */
-#include "compare.h"
+#include "compare_curves.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -89,5 +89,9 @@ json_t *report_json(const struct compare_run *run, json_t *scenes)
     json_object_set_new(object, "processor", cli_json_text(run->processor));
     json_object_set_new(object, "threads", json_integer(run->threads));
     json_object_set_new(object, "scenes", scenes);
+    if (run->curves)
+        json_object_set_new(object, "curves", report_json_curves(run->curves));
+    if (run->papers)
+        json_object_set_new(object, "papers", report_json_papers(run, run->papers));
     return object;
 }

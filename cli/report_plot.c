@@ -30,14 +30,15 @@ struct placed {
 };
 
 struct plot_axis {
-    double low, high; /* log10 */
+    double low, high; /* log10, or the values themselves */
     double from, to;  /* of the drawing */
+    bool linear;
 };
 
 static double place(const struct plot_axis *axis, double value)
 {
-    return axis->from +
-           (log10(value) - axis->low) / (axis->high - axis->low) * (axis->to - axis->from);
+    double at = axis->linear ? value : log10(value);
+    return axis->from + (at - axis->low) / (axis->high - axis->low) * (axis->to - axis->from);
 }
 
 /* Wide enough for all values, with room, and at least about a decade. */
@@ -48,7 +49,7 @@ static struct plot_axis make_axis(double least, double most, double from, double
         double middle = 0.5 * (low + high);
         low = middle - 0.5, high = middle + 0.5;
     }
-    return (struct plot_axis){low, high, from, to};
+    return (struct plot_axis){low, high, from, to, false};
 }
 
 /* 0.001, 0.5, 20, 3000: as people write them. */
@@ -86,6 +87,18 @@ static void draw_ticks(FILE *page, const struct plot_axis *axis, bool horizontal
                 fprintf(page, "<text x=\"%d\" y=\"%.1f\" text-anchor=\"end\">%s</text>\n",
                         PLOT_LEFT - 8, at + 4, text);
         }
+}
+
+/* Whole numbers up to most. */
+static void draw_numbers(FILE *page, double most, const struct plot_axis *axis)
+{
+    int step = most > 40 ? 10 : most > 20 ? 5 : 2;
+    for (int value = 0; value <= most; value += step)
+        fprintf(page,
+                "<line class=\"grid minor\" x1=\"%.1f\" x2=\"%.1f\" y1=\"%d\" y2=\"%d\"/>\n"
+                "<text x=\"%.1f\" y=\"%d\" text-anchor=\"middle\">%d</text>\n",
+                place(axis, value), place(axis, value), PLOT_TOP, PLOT_BOTTOM, place(axis, value),
+                PLOT_BOTTOM + 18, value);
 }
 
 static bool overlap(const struct box *a, const struct box *b)
@@ -294,8 +307,8 @@ int report_color(const pnb_method_info *method)
 
 /* ---- curves ---- */
 
-void report_plot_curves(FILE *page, const struct report_curve *curves, size_t count,
-                        const char *x_title, const char *y_title)
+static void plot_curves(FILE *page, const struct report_curve *curves, size_t count,
+                        const char *x_title, const char *y_title, bool linear)
 {
     double xs[2] = {INFINITY, 0}, ys[2] = {INFINITY, 0};
     size_t most = 0;
@@ -316,9 +329,14 @@ void report_plot_curves(FILE *page, const struct report_curve *curves, size_t co
     }
     struct plot_axis x = make_axis(xs[0], xs[1], PLOT_LEFT, PLOT_RIGHT);
     struct plot_axis y = make_axis(ys[0], ys[1], PLOT_BOTTOM, PLOT_TOP);
+    if (linear)
+        x = (struct plot_axis){0, xs[1], PLOT_LEFT, PLOT_RIGHT, true};
     x.high += 0.22 * (x.high - x.low); /* room for the names at the right ends */
     draw_frame(page, x_title, y_title, "curves on logarithmic axes");
-    draw_ticks(page, &x, true);
+    if (linear)
+        draw_numbers(page, xs[1], &x);
+    else
+        draw_ticks(page, &x, true);
     draw_ticks(page, &y, false);
     size_t boxes = 0;
     for (size_t c = 0; c < count; c++) {
@@ -353,6 +371,18 @@ void report_plot_curves(FILE *page, const struct report_curve *curves, size_t co
     }
     fprintf(page, "</svg>\n");
     free(taken);
+}
+
+void report_plot_curves(FILE *page, const struct report_curve *curves, size_t count,
+                        const char *x_title, const char *y_title)
+{
+    plot_curves(page, curves, count, x_title, y_title, false);
+}
+
+void report_plot_steps(FILE *page, const struct report_curve *curves, size_t count,
+                       const char *x_title, const char *y_title)
+{
+    plot_curves(page, curves, count, x_title, y_title, true);
 }
 
 /* ---- histogram ---- */

@@ -92,14 +92,32 @@ static bool on_progress(void *user, const char *stage, double fraction)
     if (!bar->enabled)
         return true;
     double now = cli_clock_ms();
-    if (strncmp(bar->stage, stage, sizeof(bar->stage) - 1) != 0) {
+    fraction = fraction < 0 ? 0 : fraction > 1 ? 1 : fraction;
+    if (bar->total > 0) {
+        fraction = fmin((bar->done + bar->step * fraction) / bar->total, 1);
+    } else if (strncmp(bar->stage, stage, sizeof(bar->stage) - 1) != 0) {
         snprintf(bar->stage, sizeof(bar->stage), "%s", stage);
         bar->started_ms = now;
     }
-    fraction = fraction < 0 ? 0 : fraction > 1 ? 1 : fraction;
     if (now - bar->started_ms >= BAR_AFTER_MS && now - bar->drawn_ms >= BAR_EVERY_MS)
         draw_bar(session, fraction, now);
     return true;
+}
+
+void cli_session_plan(struct cli_session *session, double units)
+{
+    session->bar.total = units;
+    session->bar.done = session->bar.step = 0;
+    session->bar.started_ms = cli_clock_ms();
+}
+
+void cli_session_step(struct cli_session *session, const char *what, double units)
+{
+    struct cli_bar *bar = &session->bar;
+    bar->done += bar->step;
+    bar->step = units;
+    snprintf(bar->stage, sizeof(bar->stage), "%s", what);
+    on_progress(session, what, 0);
 }
 
 /* ---- log ---- */
@@ -267,9 +285,17 @@ static int by_value(const void *a, const void *b)
     return (x > y) - (x < y);
 }
 
-pnb_status cli_solve(pnb_solver *solver, const pnb_light *light, const pnb_receivers *receivers,
-                     bool steady, float *visibility, pnb_solver_report *report)
+double cli_median(double *values, size_t count)
 {
+    qsort(values, count, sizeof(values[0]), by_value);
+    return values[count / 2];
+}
+
+pnb_status cli_solve(const struct cli_session *session, pnb_solver *solver, const pnb_light *light,
+                     const pnb_receivers *receivers, bool steady, float *visibility,
+                     pnb_solver_report *report)
+{
+    double limit = session->repeat_ms > 0 ? session->repeat_ms : REPEAT_MS;
     double times[REPEAT_MAX], total = 0;
     int count = 0;
     do {
@@ -279,9 +305,8 @@ pnb_status cli_solve(pnb_solver *solver, const pnb_light *light, const pnb_recei
         pnb_solver_get_report(solver, report);
         times[count++] = report->visibility_ms;
         total += report->visibility_ms;
-    } while (steady && count < REPEAT_MAX && total < REPEAT_MS);
-    qsort(times, (size_t)count, sizeof(times[0]), by_value);
-    report->visibility_ms = times[count / 2];
+    } while (steady && count < REPEAT_MAX && total < limit);
+    report->visibility_ms = cli_median(times, (size_t)count);
     return PNB_OK;
 }
 

@@ -16,7 +16,9 @@ struct cli_session {
         bool enabled, drawn;
         char stage[64];
         double started_ms, drawn_ms;
+        double total, done, step; /* of a plan; total 0: none, each stage counts by itself */
     } bar;
+    double repeat_ms; /* cli_solve(): how long quick frames are repeated; 0: the default */
 };
 
 /* CLI_GO_ON or an exit status. On SIGINT and SIGTERM the work is cancelled: the call under way ends
@@ -30,6 +32,11 @@ int cli_session_fail(struct cli_session *session);
 void cli_session_warn(struct cli_session *session, const char *text);
 /* Removes the progress bar from the screen. Whatever prints while work goes on calls it first. */
 void cli_session_clear_bar(struct cli_session *session);
+/* Long work of many parts: from here on the bar shows all of it, and the time left. units: of any
+ * size, as long as they are about proportional to time. */
+void cli_session_plan(struct cli_session *session, double units);
+/* The part before is done, this one begins. */
+void cli_session_step(struct cli_session *session, const char *what, double units);
 /* True once a signal asked to stop. */
 bool cli_session_stopped(void);
 double cli_clock_ms(void);
@@ -48,8 +55,11 @@ int cli_make_folder(const char *path);
 
 /* pnb_solver_visibility(), then its report. steady: a quick one is run several times, and
  * report->visibility_ms is the median: the steady-state cost of a frame. */
-pnb_status cli_solve(pnb_solver *solver, const pnb_light *light, const pnb_receivers *receivers,
-                     bool steady, float *visibility, pnb_solver_report *report);
+pnb_status cli_solve(const struct cli_session *session, pnb_solver *solver, const pnb_light *light,
+                     const pnb_receivers *receivers, bool steady, float *visibility,
+                     pnb_solver_report *report);
+
+double cli_median(double *values, size_t count); /* sorts them; count at least 1 */
 
 /* What the solver ran on: the OpenGL renderer that it reported, or else the processor's name. text:
  * size bytes, the caller's. */

@@ -223,6 +223,41 @@ static void entries_have_settings_of_their_own(void **state)
     free(page);
 }
 
+/* A method moves as the truth does but for its errors; the same on every run. */
+static void motion_is_measured(void **state)
+{
+    char said[8192];
+    double flicker[2][2];
+    for (int turn = 0; turn < 2; turn++) {
+        char line[300];
+        snprintf(line, sizeof(line),
+                 "compare builtin:two-boxes -s 160x120 --truth-samples 64 -q -o out --motion "
+                 "--motion-frames 4 --motion-path %s --methods exact,hard-map",
+                 turn ? "occluder" : "light");
+        assert_int_equal(run(said, sizeof(said), line), 0);
+        assert_string_equal(said, "");
+        json_t *report = read_report("out/report.json");
+        json_t *scene = json_array_get(json_object_get(report, "scenes"), 0);
+        json_t *motion = json_object_get(scene, "motion");
+        json_t *methods = json_object_get(motion, "methods");
+        assert_int_equal(json_integer_value(json_object_get(motion, "frames")), 4);
+        assert_int_equal(json_array_size(methods), 2);
+        for (size_t i = 0; i < 2; i++) {
+            json_t *method = json_array_get(methods, i);
+            flicker[turn][i] = number(method, "flicker");
+            assert_int_equal(json_array_size(json_object_get(method, "steps")), 3);
+            assert_true(number(method, "popping") >= flicker[turn][i]);
+            assert_true(number(method, "truth_change") > 0);
+        }
+        assert_true(flicker[turn][0] < 0.005);
+        assert_true(flicker[turn][1] > 0.02);
+        json_decref(report);
+    }
+    char *page = read_text("out/index.html");
+    assert_non_null(strstr(page, "id=\"motion\""));
+    free(page);
+}
+
 static void files_of_other_programs_are_judged(void **state)
 {
     char said[8192];
@@ -268,6 +303,8 @@ static void mistakes_leave_nothing(void **state)
         {2, "compare '<a&b>.json' -o no --methods reference:x", "x"},
         {2, "compare '<a&b>.json' -o no --methods reference:0", "0"},
         {2, "compare '<a&b>.json' -o no --methods planar:n=x", "x"},
+        {2, "compare '<a&b>.json' -o no --motion-path sideways", "sideways"},
+        {2, "compare '<a&b>.json' -o no --motion-frames 1", "1"},
         {2, "compare '<a&b>.json' -o no --methods planar:nothing=1", "nothing"},
         {2, "compare '<a&b>.json' -o no --methods planar:fill=wrong", "wrong"},
         {2, "compare '<a&b>.json' -o no --methods exact,", "no method"},
@@ -389,10 +426,15 @@ static void signal_cancels(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        TEST(report_keeps_the_contract),          TEST(page_is_self_contained),
-        TEST(files_of_other_programs_are_judged), TEST(mistakes_leave_nothing),
-        TEST(entries_have_settings_of_their_own), TEST(methods_that_cannot_are_found_out_first),
-        TEST(full_disk_keeps_the_old_report),     TEST(signal_cancels),
+        TEST(report_keeps_the_contract),
+        TEST(page_is_self_contained),
+        TEST(files_of_other_programs_are_judged),
+        TEST(mistakes_leave_nothing),
+        TEST(entries_have_settings_of_their_own),
+        TEST(motion_is_measured),
+        TEST(methods_that_cannot_are_found_out_first),
+        TEST(full_disk_keeps_the_old_report),
+        TEST(signal_cancels),
     };
     return cmocka_run_group_tests_name("compare", tests, NULL, NULL);
 }

@@ -136,7 +136,7 @@ const dialog = document.querySelector("dialog");
 const large = dialog.querySelector("img");
 dialog.addEventListener("click", () => dialog.close());
 document.addEventListener("click", event => {
-    const image = event.target.closest(".row img");
+    const image = event.target.closest(".row img, .films img:not(.slice)");
     if (!image)
         return;
     large.src = image.src;
