@@ -73,7 +73,11 @@ pnb_status shadow_truth(struct shadow_builder *b, const struct shadow_plane *pla
     if (!b->truth) {
         bool exact = pnb_method_find("exact") != NULL;
         b->truth_method = exact ? "exact" : "reference";
-        pnb_solver_desc desc = {.method = b->truth_method, .samples = exact ? 0 : 1024};
+        pnb_solver_param area = {"exact-area", "on"};
+        pnb_solver_desc desc = {.method = b->truth_method,
+                                .samples = b->truth_samples > 0 ? b->truth_samples : 1024,
+                                .params = &area,
+                                .param_count = exact ? 1 : 0};
         pnb_status status = pnb_solver_create(b->context, b->scene, &desc, &b->truth);
         if (status)
             return status;

@@ -212,6 +212,34 @@ void shadow_samples(const struct shadow_cluster *c, enum shadow_placement placem
     }
 }
 
+int shadow_corners(const struct shadow_cluster *c, vec3 around, double far, int most, vec3 *out)
+{
+    int count = 0;
+    if (c->shape == POLYGON) {
+        int step = (int)((c->corner_count + (size_t)most - 1) / (size_t)most);
+        for (size_t i = 0; i < c->corner_count; i += (size_t)step)
+            out[count++] = v3_load(c->corners + 3 * i);
+        return count;
+    }
+    count = c->shape == PARALLELOGRAM ? 4
+            : c->shape == TRIANGLE    ? 3
+            : c->shape == LINE        ? 2
+            : c->shape == POINT       ? 1
+                                      : 8;
+    count = count < most ? count : most;
+    for (int i = 0; i < count; i++) {
+        double x = 0, y = 0;
+        if (c->shape == LINE)
+            x = i;
+        else if (c->shape == PARALLELOGRAM || c->shape == TRIANGLE)
+            border(c->shape, (double)i / count, &x, &y);
+        else if (c->shape == DISK)
+            border(c->shape, (i + 0.5) / count, &x, &y);
+        out[i] = c->directions ? v3_mad(around, v3_normalize(place(c, x, y)), far) : place(c, x, y);
+    }
+    return count;
+}
+
 vec3 shadow_light_middle(const struct light_shape *shape, vec3 around, double far)
 {
     if (shape->light.type == PNB_LIGHT_SUN)

@@ -114,6 +114,9 @@ static pnb_status planar_create(pnb_solver *solver)
     pnb_status status = shadow_builder_init(solver->context, solver->scene, &state->builder);
     if (status)
         return status;
+    /* The promise can be no better than what it is measured by. */
+    if (state->settings.tolerance > 0 && state->settings.tolerance < SHADOW_FINE)
+        state->builder.truth_samples = 4096;
     vec3 towards = v3(0, 1e9, 0);
     if (solver->scene->light_count > 0) {
         struct light_shape shape;

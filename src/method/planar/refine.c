@@ -1,48 +1,102 @@
 /* method/planar/refine.c: a shadow mesh with a promised error.
  *
- * A Delaunay triangulation of the part of the plane that the shadow can reach starts as a plain
- * grid. Each new triangle is tested: the exact shadow at ten points of it against what its corners
- * interpolate to. Where the difference exceeds SAFETY x tolerance, the worst point becomes a vertex
- * (or the middle of the longest side, where the triangle is thin). In rounds: all tests of a round
- * are one call for visibility; a triangle that an insertion of the same round has changed waits for
- * the next. So triangles are few where the shadow is smooth.
+ * A triangulation of the part of the plane that the shadow can reach (tiling.c) starts as a plain
+ * grid. Every triangle must have samples of the exact shadow all over: in each of its ninths at
+ * least one. Where a sample is off by more than SAFETY x tolerance it becomes a vertex, diagonals
+ * are exchanged, and the triangles that have changed are looked at again. In rounds: all that a
+ * round asks about is one call for visibility, and samples stay with the triangles that come to
+ * hold them. Then vertices that are not needed go (decimate.c), and what that has changed is looked
+ * at again.
  *
  * Where an occluder stands on the plane the shadow jumps along the line of contact. The outline of
- * its foot (its cross-section just above the plane) is kept as edges of the mesh; below the foot
- * the shadow is 1, outside each triangle has values of its own at points of the line, asked for a
- * little inside the triangle. Around a corner of the foot the shadow depends on the direction
- * alone, at any distance: refinement ends at SMALLEST of the shadow's size. Only closed occluders
- * have a foot. The part of the plane behind a one-sided light is treated like one.
+ * its foot (its cross-section just above the plane) is kept as sides of the mesh; below the foot
+ * the shadow is 1, outside each triangle has values of its own at points of the line. Around a
+ * corner of the foot the shadow depends on the direction alone, at any distance: refinement ends at
+ * SMALLEST of the shadow's size. Only closed occluders have a foot. The part of the plane behind a
+ * one-sided light is treated like one.
  *
- * Coordinates are on the grid of planar/, insertion and in-circle test are exact. Cost: about 40
- * visibilities per triangle in the end. Deterministic.
+ * Cost: some 15 visibilities per triangle in the end. Deterministic.
  */
+#include <stdlib.h>
+
 #include "method/planar/refine.h"
 
-#define SAFETY         0.9
+#define SAFETY         0.85
 #define SMALLEST       (1.0 / 6000)
-#define TESTS          10
-#define ROUNDS_MAX     60
-#define TRIANGLES_MAX  4000000
+#define CELLS          9 /* each triangle has a sample in each of its ninths */
+#define SAMPLES_LEAST  5 /* with fewer a triangle is not split: first more samples */
+#define ROUNDS_MAX     40
+#define TRIANGLES_MAX  400000
+#define DECIMATE_MAX    100000
 #define FOOT_EDGES_MAX 3000 /* more: no foot, the jump is refined like anything else */
-#define NUDGE          0.02 /* of the way from a corner to the triangle's middle */
+#define SEEDS          512  /* cells along the reach */
+#define SEEDS_CELL     8    /* corners of outlines that are looked at in each */
 
-/* Where tests are made: weights of the three corners. */
-static const double tests[TESTS][3] = {
-    {1 / 3.0, 1 / 3.0, 1 / 3.0}, {0.5, 0.5, 0},      {0, 0.5, 0.5},      {0.5, 0, 0.5},
-    {0.62, 0.19, 0.19},          {0.19, 0.62, 0.19}, {0.19, 0.19, 0.62}, {0.44, 0.44, 0.12},
-    {0.12, 0.44, 0.44},          {0.44, 0.12, 0.44},
+struct wanted {
+    struct planar_point p;
+    uint32_t tile;
 };
 
-static struct planar_point test_point(const struct delaunay *m, const struct planar_triangle *t,
-                                      int k)
+struct refining {
+    struct shadow_builder *b;
+    struct shadow_plane *plane;
+    const pnb_light *light;
+    double tolerance, smallest; /* grid units */
+    struct tiling *m;
+    struct reach_foot foot;
+    struct wanted *wanted;
+    float *found;
+    uint32_t *order;
+    size_t wanted_count, wanted_capacity, found_capacity, order_capacity;
+    uint64_t random;
+};
+
+/* [0, 1), the same numbers on every run. */
+static double dice(struct refining *r)
 {
-    double x = 0, y = 0;
-    for (int c = 0; c < 3; c++) {
-        x += tests[k][c] * m->points[t->v[c]].x;
-        y += tests[k][c] * m->points[t->v[c]].y;
+    r->random += 0x9e3779b97f4a7c15ull;
+    uint64_t z = r->random;
+    z = (z ^ z >> 30) * 0xbf58476d1ce4e5b9ull;
+    z = (z ^ z >> 27) * 0x94d049bb133111ebull;
+    return (double)((z ^ z >> 31) >> 11) * 0x1p-53;
+}
+
+static pnb_status want(struct refining *r, struct planar_point p, uint32_t tile)
+{
+    if (!memory_reserve(r->b->context, (void **)&r->wanted, &r->wanted_capacity, r->wanted_count, 1,
+                        sizeof(*r->wanted)))
+        return status_no_memory(r->b->context, 0);
+    r->wanted[r->wanted_count++] = (struct wanted){p, tile};
+    return PNB_OK;
+}
+
+/* 1 - visibility at the wanted points to r->found. */
+static pnb_status evaluate(struct refining *r)
+{
+    struct shadow_builder *b = r->b;
+    const struct shadow_plane *plane = r->plane;
+    size_t count = r->wanted_count;
+    double *xy = memory_alloc(b->context, 2 * count + 1, sizeof(*xy));
+    bool room = memory_reserve(b->context, (void **)&r->found, &r->found_capacity, 0, count,
+                               sizeof(*r->found));
+    if (!xy || !room) {
+        memory_free(b->context, xy);
+        return status_no_memory(b->context, 16 * count);
     }
-    return (struct planar_point){(int32_t)floor(x + 0.5), (int32_t)floor(y + 0.5)};
+    for (size_t i = 0; i < count; i++) {
+        xy[2 * i] = plane->center[0] + r->wanted[i].p.x / plane->scale;
+        xy[2 * i + 1] = plane->center[1] + r->wanted[i].p.y / plane->scale;
+    }
+    double started = clock_ms();
+    pnb_status status = PNB_OK;
+    if (count > 0)
+        status = shadow_truth(b, plane, r->light, xy, count, r->found);
+    b->times.values_ms += clock_ms() - started;
+    b->times.evaluations += count;
+    for (size_t i = 0; i < count && !status; i++)
+        r->found[i] = 1 - r->found[i];
+    memory_free(b->context, xy);
+    return status;
 }
 
 static double length2(struct planar_point a, struct planar_point b)
@@ -51,196 +105,359 @@ static double length2(struct planar_point a, struct planar_point b)
     return dx * dx + dy * dy;
 }
 
-/* 1 - visibility at grid points. */
-static pnb_status shadows(struct shadow_builder *b, const struct shadow_plane *plane,
-                          const pnb_light *light, const struct planar_point *points, size_t count,
-                          float *out)
+static bool too_small(const struct refining *r, const struct tiling_tile *t)
 {
-    double *xy = memory_alloc(b->context, 2 * count, sizeof(*xy));
-    if (!xy)
-        return status_no_memory(b->context, 16 * count);
-    for (size_t i = 0; i < count; i++) {
-        xy[2 * i] = plane->center[0] + points[i].x / plane->scale;
-        xy[2 * i + 1] = plane->center[1] + points[i].y / plane->scale;
+    struct planar_point a = r->m->vertices[t->v[0]].p, b = r->m->vertices[t->v[1]].p,
+                        c = r->m->vertices[t->v[2]].p;
+    double longest = fmax(length2(a, b), fmax(length2(b, c), length2(c, a)));
+    return longest < r->smallest * r->smallest;
+}
+
+/* Which ninth of a triangle a point with weights w lies in. */
+static int cell_of(const double *w)
+{
+    int i = (int)fmin(2, 3 * w[0]), j = (int)fmin(2, 3 * w[1]), k = (int)fmin(2, 3 * w[2]);
+    /* i + j + k is 2 in upright ninths, 1 in the others. */
+    static const int upright[3][3] = {{0, 1, 2}, {3, 4, 0}, {5, 0, 0}};
+    if (i + j + k >= 2)
+        return i + j <= 2 ? upright[i][j] : 5;
+    return i == 1 ? 6 : j == 1 ? 7 : 8;
+}
+
+/* A random point of a ninth. */
+static void point_in_cell(struct refining *r, int cell, double *w)
+{
+    static const int at[9][3] = {{0, 0, 2}, {0, 1, 1}, {0, 2, 0}, {1, 0, 1}, {1, 1, 0},
+                                 {2, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
+    double a = dice(r), b = dice(r);
+    if (a + b > 1) {
+        a = 1 - a;
+        b = 1 - b;
     }
-    double started = clock_ms();
-    pnb_status status = shadow_truth(b, plane, light, xy, count, out);
-    b->times.values_ms += clock_ms() - started;
-    b->times.evaluations += count;
-    for (size_t i = 0; i < count && !status; i++)
-        out[i] = 1 - out[i];
-    memory_free(b->context, xy);
+    double c[3] = {a, b, 1 - a - b};
+    for (int k = 0; k < 3; k++)
+        w[k] = (at[cell][k] + (cell < 6 ? c[k] : 1 - c[k])) / 3;
+}
+
+/* Asks for samples in every ninth of a changed triangle that has none. */
+static pnb_status collect(struct refining *r)
+{
+    struct tiling *m = r->m;
+    pnb_status status = PNB_OK;
+    r->wanted_count = 0;
+    for (uint32_t i = 0; i < m->tile_count && !status; i++) {
+        struct tiling_tile *t = &m->tiles[i];
+        if (t->v[0] == PLANAR_NONE || !t->stale)
+            continue;
+        t->stale = false;
+        if (t->inside || too_small(r, t))
+            continue;
+        struct planar_point p[3];
+        for (int k = 0; k < 3; k++)
+            p[k] = m->vertices[t->v[k]].p;
+        double area = (double)planar_orient(p[0], p[1], p[2]);
+        unsigned seen = 0;
+        for (uint32_t s = t->first; s != PLANAR_NONE; s = m->samples[s].next) {
+            struct planar_point q = m->samples[s].p;
+            double w[3] = {(double)planar_orient(p[1], p[2], q) / area,
+                           (double)planar_orient(p[2], p[0], q) / area,
+                           (double)planar_orient(p[0], p[1], q) / area};
+            seen |= 1u << cell_of(w);
+        }
+        for (int cell = 0; cell < CELLS && !status; cell++) {
+            if (seen >> cell & 1)
+                continue;
+            double w[3], x = 0, y = 0;
+            point_in_cell(r, cell, w);
+            for (int k = 0; k < 3; k++) {
+                x += w[k] * p[k].x;
+                y += w[k] * p[k].y;
+            }
+            struct planar_point q = {(int32_t)floor(x + 0.5), (int32_t)floor(y + 0.5)};
+            if (planar_orient(p[0], p[1], q) > 0 && planar_orient(p[1], p[2], q) > 0 &&
+                planar_orient(p[2], p[0], q) > 0)
+                status = want(r, q, i);
+        }
+    }
     return status;
 }
 
-struct candidate {
-    uint32_t triangle;
-    struct planar_point p;
-    float value;
-};
-
-/* A triangle under test: its points are TESTS (or none, where it is too small) and three nudged
- * corners (or none, where the shadow does not jump). */
-struct trial {
-    uint32_t triangle, first;
-    bool tested, nudged;
-};
-
-struct refining {
-    struct shadow_builder *b;
-    struct shadow_plane *plane;
-    const pnb_light *light;
-    double tolerance, smallest; /* grid units */
-    struct delaunay m;
-    struct reach_foot foot;
-    struct planar_point *points;
-    struct trial *trials;
-    float *found;
-    struct candidate *candidates;
-    size_t points_capacity, trial_capacity, found_capacity, candidate_capacity;
-};
-
-/* Collects the points that new triangles ask about. */
-static pnb_status collect(struct refining *r, size_t *out_trials, size_t *out_points)
+/* Hands the evaluated points to their triangles. */
+static void deal(struct refining *r)
 {
-    struct delaunay *m = &r->m;
-    size_t count = 0, points = 0;
-    for (uint32_t i = 0; i < m->triangle_count; i++) {
-        struct planar_triangle *t = &m->triangles[i];
-        struct delaunay_corners *corner = &m->corners[i];
-        if (t->level < 0)
+    struct tiling *m = r->m;
+    for (size_t i = 0; i < r->wanted_count; i++)
+        tiling_add_sample(m, r->wanted[i].p, r->found[i], r->wanted[i].tile);
+    for (size_t i = 0; i < r->wanted_count && !m->no_memory; i++) {
+        uint32_t t = r->wanted[i].tile;
+        if (i > 0 && t == r->wanted[i - 1].tile)
             continue;
-        t->level = -1;
-        struct planar_point a = m->points[t->v[0]], b = m->points[t->v[1]], c = m->points[t->v[2]];
-        double x = ((double)a.x + b.x + c.x) / 3, y = ((double)a.y + b.y + c.y) / 3;
-        bool jumps = m->jump[t->v[0]] || m->jump[t->v[1]] || m->jump[t->v[2]];
-        corner->inside = r->foot.count > 0 && reach_in_foot(&r->foot, x, y);
-        if (corner->inside) {
-            corner->value[0] = corner->value[1] = corner->value[2] = 1;
-            continue;
-        }
-        double longest = fmax(length2(a, b), fmax(length2(b, c), length2(c, a)));
-        struct trial trial = {i, (uint32_t)points, longest >= r->smallest * r->smallest, jumps};
-        if (!trial.tested && !trial.nudged)
-            continue;
-        if (!memory_reserve(m->context, (void **)&r->points, &r->points_capacity, points, TESTS + 3,
-                            sizeof(*r->points)) ||
-            !memory_reserve(m->context, (void **)&r->trials, &r->trial_capacity, count, 1,
-                            sizeof(*r->trials)))
-            return status_no_memory(m->context, 0);
-        for (int k = 0; k < TESTS && trial.tested; k++)
-            r->points[points++] = test_point(m, t, k);
-        for (int k = 0; k < 3 && trial.nudged; k++) {
-            struct planar_point p = m->points[t->v[k]];
-            r->points[points++] = (struct planar_point){p.x + (int32_t)(NUDGE * (x - p.x)),
-                                                        p.y + (int32_t)(NUDGE * (y - p.y))};
-        }
-        r->trials[count++] = trial;
+        tiling_measure(m, t);
+        tiling_push_tile(m, t);
     }
-    *out_trials = count;
-    *out_points = points;
-    return PNB_OK;
+    tiling_exchange(m);
 }
 
-/* Corner values where the shadow jumps; the worst point of each triangle that is off. */
-static size_t judge(struct refining *r, size_t trials)
+/* Splits a triangle at its worst sample, or a fixed side of it that the sample lies beside. */
+static void split(struct refining *r, uint32_t i)
 {
-    struct delaunay *m = &r->m;
-    size_t wanted = 0;
-    for (size_t i = 0; i < trials; i++) {
-        const struct trial *trial = &r->trials[i];
-        const struct planar_triangle *t = &m->triangles[trial->triangle];
-        struct delaunay_corners *corner = &m->corners[trial->triangle];
-        const float *found = r->found + trial->first;
-        for (int k = 0; k < 3 && trial->nudged; k++)
-            if (m->jump[t->v[k]])
-                corner->value[k] = found[(trial->tested ? TESTS : 0) + k];
-        if (!trial->tested)
+    struct tiling *m = r->m;
+    struct tiling_tile *t = &m->tiles[i];
+    struct planar_point p[3];
+    for (int k = 0; k < 3; k++)
+        p[k] = m->vertices[t->v[k]].p;
+    double area = (double)planar_orient(p[0], p[1], p[2]), worst = -1;
+    uint32_t at = PLANAR_NONE;
+    double weights[3] = {0};
+    for (uint32_t s = t->first; s != PLANAR_NONE; s = m->samples[s].next) {
+        struct planar_point q = m->samples[s].p;
+        double w[3] = {(double)planar_orient(p[1], p[2], q) / area,
+                       (double)planar_orient(p[2], p[0], q) / area,
+                       (double)planar_orient(p[0], p[1], q) / area};
+        double e = fabs(w[0] * t->value[0] + w[1] * t->value[1] + w[2] * t->value[2] -
+                        m->samples[s].truth);
+        if (e > worst) {
+            worst = e;
+            at = s;
+            for (int k = 0; k < 3; k++)
+                weights[k] = w[k];
+        }
+    }
+    struct tiling_sample sample = m->samples[at];
+    for (int k = 0; k < 3; k++) {
+        if (!(t->fixed >> k & 1) || weights[(k + 2) % 3] > 0.15)
             continue;
-        double worst = 0;
-        int at = 0;
-        for (int k = 0; k < TESTS; k++) {
-            /* The middle of a side on the foot's line has two values. */
-            if (k >= 1 && k <= 3 && (corner->fixed >> (k - 1) & 1))
-                continue;
-            double linear = 0;
-            for (int c = 0; c < 3; c++)
-                linear += tests[k][c] * corner->value[c];
-            double error = fabs(linear - found[k]);
-            if (error > worst) {
-                worst = error;
-                at = k;
+        struct planar_point a = p[k], b = p[(k + 1) % 3];
+        double dx = (double)b.x - a.x, dy = (double)b.y - a.y;
+        double f = (((double)sample.p.x - a.x) * dx + ((double)sample.p.y - a.y) * dy) /
+                   (dx * dx + dy * dy);
+        f = fmin(0.9, fmax(0.1, f));
+        if (dx * dx + dy * dy < r->smallest * r->smallest)
+            continue;
+        struct planar_point q = {(int32_t)floor(a.x + f * dx + 0.5),
+                                 (int32_t)floor(a.y + f * dy + 0.5)};
+        if (tiling_split_side(m, q, 1, i, k) != PLANAR_NONE) {
+            tiling_exchange(m);
+            return;
+        }
+    }
+    tiling_drop_sample(m, i, at);
+    uint32_t before = (uint32_t)m->vertex_count;
+    if (tiling_insert(m, sample.p, sample.truth, i) != before)
+        tiling_measure(m, i);
+    tiling_exchange(m);
+}
+
+struct rank {
+    float error;
+    uint32_t tile;
+};
+
+static int by_error(const void *a, const void *b)
+{
+    const struct rank *x = a, *y = b;
+    if (x->error != y->error)
+        return x->error > y->error ? -1 : 1;
+    return (x->tile > y->tile) - (x->tile < y->tile);
+}
+
+static bool splits(const struct refining *r, uint32_t i)
+{
+    const struct tiling_tile *t = &r->m->tiles[i];
+    return t->v[0] != PLANAR_NONE && t->error > SAFETY * r->tolerance &&
+           t->count >= SAMPLES_LEAST && !too_small(r, t);
+}
+
+/* Splits what is off, worst first, as long as the samples there are suffice. */
+static pnb_status split_all(struct refining *r)
+{
+    struct tiling *m = r->m;
+    for (int pass = 0; pass < 8 && !m->no_memory; pass++) {
+        struct rank *ranks = memory_alloc(m->context, m->tile_count, sizeof(*ranks));
+        if (!ranks)
+            return status_no_memory(m->context, m->tile_count * sizeof(*ranks));
+        size_t count = 0;
+        for (uint32_t i = 0; i < m->tile_count; i++)
+            if (splits(r, i))
+                ranks[count++] = (struct rank){m->tiles[i].error, i};
+        qsort(ranks, count, sizeof(*ranks), by_error);
+        for (size_t i = 0; i < count && !m->no_memory; i++)
+            if (splits(r, ranks[i].tile) && m->tiles[ranks[i].tile].error >= 0.5 * ranks[i].error)
+                split(r, ranks[i].tile);
+        memory_free(m->context, ranks);
+        if (count == 0)
+            break;
+    }
+    return m->no_memory ? status_no_memory(m->context, 0) : PNB_OK;
+}
+
+static pnb_status rounds(struct refining *r)
+{
+    struct tiling *m = r->m;
+    pnb_status status = PNB_OK;
+    for (int round = 0; round < ROUNDS_MAX && !status; round++) {
+        status = collect(r);
+        if (!status && r->wanted_count == 0)
+            break;
+        if (!status)
+            status = evaluate(r);
+        if (status)
+            break;
+        deal(r);
+        status = split_all(r);
+        if (m->tile_count - m->free_tile_count > TRIANGLES_MAX)
+            break;
+    }
+    return status;
+}
+
+/* The corners of the shadow's outlines seen from the light's corners: there the shadow's kinks have
+ * theirs, and nothing thin is missed. */
+static pnb_status seed(struct refining *r, const struct reach *region,
+                       const struct shadow_cluster *clusters, size_t count, double far)
+{
+    enum { corners_max = 16 };
+    struct tiling *m = r->m;
+    struct shadow_builder *b = r->b;
+    pnb_status status = PNB_OK;
+    uint8_t *seen = memory_calloc(b->context, (size_t)SEEDS * SEEDS, 1);
+    if (!seen)
+        return status_no_memory(b->context, (size_t)SEEDS * SEEDS);
+    double lo[2] = {region->shadow_lo.x, region->shadow_lo.y};
+    double size = fmax(region->shadow_hi.x - lo[0], region->shadow_hi.y - lo[1]);
+    uint32_t at = 0;
+    r->wanted_count = 0;
+    for (size_t c = 0; c < count && !status; c++) {
+        vec3 samples[corners_max];
+        int n = shadow_corners(&clusters[c], r->plane->frame.origin, far, corners_max, samples);
+        for (int k = 0; k < n; k++) {
+            samples[k] = silhouette_to_plane(&r->plane->frame, samples[k]);
+            b->outlines[k].point_count = b->outlines[k].segment_count = 0;
+        }
+        for (size_t i = 0; i < r->plane->occluder_count && !status; i++)
+            status = silhouette_from_points(b->context, &r->plane->occluders[i], samples, (size_t)n,
+                                            b->outlines);
+        for (int k = 0; k < n && !status; k++) {
+            const struct silhouette_outline *o = &b->outlines[k];
+            for (size_t i = 0; i < o->point_count && !status; i++) {
+                double gx = (o->points[2 * i] - r->plane->center[0]) * r->plane->scale,
+                       gy = (o->points[2 * i + 1] - r->plane->center[1]) * r->plane->scale;
+                double cx = (gx - lo[0]) / size * SEEDS, cy = (gy - lo[1]) / size * SEEDS;
+                if (!(cx >= 0 && cy >= 0 && cx < SEEDS && cy < SEEDS) ||
+                    seen[(size_t)cy * SEEDS + (size_t)cx] >= SEEDS_CELL)
+                    continue;
+                seen[(size_t)cy * SEEDS + (size_t)cx]++;
+                struct planar_point g = {(int32_t)gx, (int32_t)gy};
+                uint32_t t = tiling_find(m, g, at);
+                if (t == PLANAR_NONE)
+                    continue;
+                at = t;
+                if (!m->tiles[t].inside)
+                    status = want(r, g, t);
             }
         }
-        if (worst <= SAFETY * r->tolerance)
-            continue;
-        /* Thin triangles: the middle of the longest side. */
-        double l[3];
-        int longest = 0;
-        for (int k = 0; k < 3; k++) {
-            l[k] = length2(m->points[t->v[k]], m->points[t->v[(k + 1) % 3]]);
-            longest = l[k] > l[longest] ? k : longest;
-        }
-        double area =
-            (double)planar_orient(m->points[t->v[0]], m->points[t->v[1]], m->points[t->v[2]]);
-        if (area < 0.4 * l[longest])
-            at = 1 + longest;
-        r->candidates[wanted++] =
-            (struct candidate){trial->triangle, r->points[trial->first + (size_t)at], found[at]};
     }
-    return wanted;
+    memory_free(b->context, seen);
+    if (!status)
+        status = evaluate(r);
+    if (!status)
+        deal(r);
+    return status;
+}
+
+/* A grid over the reach, feet as fixed sides, values. */
+static pnb_status start(struct refining *r, const struct reach *region)
+{
+    struct tiling *m = r->m;
+    tiling_start(m, region->lo, region->hi);
+    double w = (double)region->shadow_hi.x - region->shadow_lo.x,
+           h = (double)region->shadow_hi.y - region->shadow_lo.y;
+    int cells = region->start;
+    int nx = (int)fmax(2, w > h ? cells : cells * w / h + 0.5);
+    int ny = (int)fmax(2, w > h ? cells * h / w + 0.5 : cells);
+    uint32_t at = 0;
+    for (int j = 0; j <= ny; j++)
+        for (int i = 0; i <= nx; i++) {
+            struct planar_point p = {region->shadow_lo.x + (int32_t)(w * i / nx),
+                                     region->shadow_lo.y + (int32_t)(h * j / ny)};
+            uint32_t t = tiling_find(m, p, at);
+            if (t == PLANAR_NONE)
+                continue;
+            tiling_insert(m, p, 0, at = t);
+            tiling_exchange(m);
+        }
+    for (size_t i = 0; i < r->foot.count; i++) {
+        uint32_t ends[2];
+        for (int k = 0; k < 2; k++) {
+            struct planar_point p = r->foot.ends[2 * i + k];
+            uint32_t t = tiling_find(m, p, at);
+            ends[k] = t == PLANAR_NONE ? t : tiling_insert(m, p, 1, at = t);
+            if (ends[k] != PLANAR_NONE)
+                m->vertices[ends[k]].jump = true;
+            tiling_exchange(m);
+        }
+        tiling_force_edge(m, ends[0], ends[1], 0);
+    }
+    for (uint32_t i = 0; i < m->tile_count && r->foot.count > 0; i++) {
+        const uint32_t *v = m->tiles[i].v;
+        double x = 0, y = 0;
+        for (int k = 0; k < 3; k++) {
+            x += m->vertices[v[k]].p.x / 3.0;
+            y += m->vertices[v[k]].p.y / 3.0;
+        }
+        m->tiles[i].inside = reach_in_foot(&r->foot, x, y);
+    }
+    if (m->no_memory)
+        return status_no_memory(m->context, 0);
+    r->wanted_count = 0;
+    pnb_status status = PNB_OK;
+    for (uint32_t v = 0; v < m->vertex_count && !status; v++)
+        status = want(r, m->vertices[v].p, PLANAR_NONE);
+    if (!status)
+        status = evaluate(r);
+    for (uint32_t v = 0; v < m->vertex_count && !status; v++)
+        m->vertices[v].truth = m->vertices[v].value = r->found[v];
+    for (uint32_t i = 0; i < m->tile_count && !status; i++) {
+        tiling_measure(m, i);
+        m->tiles[i].stale = true;
+    }
+    return status;
 }
 
 static pnb_status refine(struct refining *r)
 {
-    struct delaunay *m = &r->m;
-    pnb_status status = shadows(r->b, r->plane, r->light, m->points, m->point_count, m->values);
-    for (size_t i = 0; i < m->triangle_count; i++)
+    double limit = SAFETY * r->tolerance;
+    pnb_status status = rounds(r);
+    if (r->m->tile_count > DECIMATE_MAX)
+        return status;
+    for (int i = 0; i < 2 && !status; i++) {
         for (int k = 0; k < 3; k++)
-            m->corners[i].value[k] = m->values[m->triangles[i].v[k]];
-    for (int round = 0; round < ROUNDS_MAX && !status; round++) {
-        size_t trials = 0, points = 0;
-        status = collect(r, &trials, &points);
-        if (status || trials == 0 || m->triangle_count > TRIANGLES_MAX)
-            break;
-        if (!memory_reserve(m->context, (void **)&r->found, &r->found_capacity, 0, points,
-                            sizeof(*r->found)) ||
-            !memory_reserve(m->context, (void **)&r->candidates, &r->candidate_capacity, 0, trials,
-                            sizeof(*r->candidates)))
-            return status_no_memory(m->context, 0);
-        status = shadows(r->b, r->plane, r->light, r->points, points, r->found);
-        if (status)
-            break;
-        size_t wanted = judge(r, trials);
-        for (size_t i = 0; i < wanted && !m->no_memory; i++) {
-            int side;
-            uint32_t t = delaunay_find(m, r->candidates[i].p, r->candidates[i].triangle, &side);
-            if (t != PLANAR_NONE && m->triangles[t].level < 0)
-                delaunay_insert(m, r->candidates[i].p, r->candidates[i].value, t, side);
-        }
-        if (m->no_memory)
-            return status_no_memory(m->context, 0);
+            tiling_fit(r->m, limit);
+        tiling_decimate(r->m, limit);
+        for (int k = 0; k < 3; k++)
+            tiling_fit(r->m, limit);
+        status = rounds(r);
     }
     return status;
 }
 
-static pnb_status copy_out(const struct delaunay *m, const struct shadow_plane *plane,
+static pnb_status copy_out(const struct tiling *m, const struct shadow_plane *plane,
                            struct shadow_part *part)
 {
     if (!memory_reserve(m->context, (void **)&part->points, &part->point_capacity, 0,
-                        m->point_count, 2 * sizeof(*part->points)) ||
+                        m->vertex_count, 2 * sizeof(*part->points)) ||
         !memory_reserve(m->context, (void **)&part->triangles, &part->triangle_capacity, 0,
-                        m->triangle_count, sizeof(*part->triangles)))
-        return status_no_memory(m->context, m->point_count * 16);
-    for (size_t i = 0; i < m->point_count; i++) {
-        part->points[2 * i] = plane->center[0] + m->points[i].x / plane->scale;
-        part->points[2 * i + 1] = plane->center[1] + m->points[i].y / plane->scale;
+                        m->tile_count, sizeof(*part->triangles)))
+        return status_no_memory(m->context, m->vertex_count * 16);
+    for (size_t i = 0; i < m->vertex_count; i++) {
+        part->points[2 * i] = plane->center[0] + m->vertices[i].p.x / plane->scale;
+        part->points[2 * i + 1] = plane->center[1] + m->vertices[i].p.y / plane->scale;
     }
-    part->point_count = m->point_count;
-    for (size_t i = 0; i < m->triangle_count; i++) {
-        const struct planar_triangle *t = &m->triangles[i];
-        const float *v = m->corners[i].value;
-        if (v[0] != 0 || v[1] != 0 || v[2] != 0)
+    part->point_count = m->vertex_count;
+    for (size_t i = 0; i < m->tile_count; i++) {
+        const struct tiling_tile *t = &m->tiles[i];
+        const float *v = t->value;
+        if (t->v[0] != PLANAR_NONE && (v[0] != 0 || v[1] != 0 || v[2] != 0))
             part->triangles[part->triangle_count++] =
                 (struct shadow_triangle){{t->v[0], t->v[1], t->v[2]}, {v[0], v[1], v[2]}, -1};
     }
@@ -252,7 +469,9 @@ pnb_status shadow_refine(struct shadow_builder *b, struct shadow_plane *plane,
                          struct shadow_part *part)
 {
     pnb_context *context = b->context;
-    struct refining r = {.b = b, .plane = plane, .light = light, .tolerance = settings->tolerance};
+    struct tiling mesh = {.context = context, .tolerance = settings->tolerance};
+    struct refining r = {
+        .b = b, .plane = plane, .light = light, .tolerance = settings->tolerance, .m = &mesh};
     struct light_shape shape;
     struct shadow_cluster *clusters = NULL;
     size_t cluster_count = 0;
@@ -266,29 +485,26 @@ pnb_status shadow_refine(struct shadow_builder *b, struct shadow_plane *plane,
     pnb_status status = light_shape_init(context, light, &shape);
     if (status)
         return status;
-    r.m.context = context;
     status = shadow_clusters(context, &shape, &clusters, &cluster_count);
     double far = 1e6 * fmax(plane->hi[0] - plane->lo[0], plane->hi[1] - plane->lo[1]);
     if (!status && reach_find_region(plane, clusters, cluster_count, &shape, far, &region)) {
         r.smallest = SMALLEST * fmax((double)region.shadow_hi.x - region.shadow_lo.x,
                                      (double)region.shadow_hi.y - region.shadow_lo.y);
-        delaunay_start(&r.m, region.lo, region.hi);
-        delaunay_add_grid(&r.m, region.shadow_lo, region.shadow_hi, region.start);
+        mesh.thin2 = r.smallest * r.smallest / 16;
         status = reach_find_foot(b, plane, &region, &r.foot);
         if (r.foot.count > FOOT_EDGES_MAX)
             r.foot.count = 0;
-        for (size_t i = 0; i < r.foot.count && !status; i++)
-            delaunay_force_edge(&r.m, delaunay_add_point(&r.m, r.foot.ends[2 * i]),
-                                delaunay_add_point(&r.m, r.foot.ends[2 * i + 1]), 0);
-        if (!status && r.m.no_memory)
-            status = status_no_memory(context, 0);
+        if (!status)
+            status = start(&r, &region);
+        if (!status)
+            status = seed(&r, &region, clusters, cluster_count, far);
         if (!status)
             status = refine(&r);
         if (!status)
-            status = copy_out(&r.m, plane, part);
+            status = copy_out(&mesh, plane, part);
     }
-    void *blocks[] = {r.m.points, r.m.values, r.m.jump, r.m.triangles, r.m.corners, r.m.stack,
-                      r.points,   r.trials,   r.found,  r.candidates,  r.foot.ends, clusters};
+    tiling_finish(&mesh);
+    void *blocks[] = {r.wanted, r.found, r.order, r.foot.ends, clusters};
     for (size_t i = 0; i < sizeof(blocks) / sizeof(blocks[0]); i++)
         memory_free(context, blocks[i]);
     light_shape_finish(context, &shape);

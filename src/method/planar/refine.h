@@ -1,44 +1,112 @@
-/* method/planar/refine.h: the parts of refinement: a Delaunay mesh with fixed sides (delaunay.c),
- * and where the shadow can be and where it jumps (reach.c). */
+/* method/planar/refine.h: the parts of refinement: a triangulation that carries samples of the
+ * shadow (tiling.c), its decimation (decimate.c), where the shadow can be and where it jumps
+ * (reach.c), and their driver (refine.c). */
 #ifndef METHOD_PLANAR_REFINE_H
 #define METHOD_PLANAR_REFINE_H
 
 #include "method/planar/room.h"
 
-struct delaunay_corners {
-    float value[3];
-    uint8_t fixed; /* bit k: side k is part of the foot's outline */
-    bool inside;   /* below a foot */
+/* A place where the exact shadow is known. */
+struct tiling_sample {
+    struct planar_point p;
+    float truth;
+    uint32_t next; /* in its triangle's list */
 };
 
-struct delaunay {
+struct tiling_vertex {
+    struct planar_point p;
+    float truth;   /* the exact shadow here */
+    float value;   /* what is interpolated */
+    uint32_t tile; /* one of its triangles; PLANAR_NONE: the vertex is gone */
+    bool jump;     /* on a line along which the shadow jumps: no value of its own */
+    bool border;   /* of the meshed region */
+};
+
+/* Counter-clockwise. near[k]: the half-edge (3 x tile + side) on the other side of the side from
+ * v[k] to v[(k + 1) % 3]. */
+struct tiling_tile {
+    uint32_t v[3], near[3]; /* v[0] PLANAR_NONE: a hole in the array */
+    float value[3];         /* of the corners; those that jump are fitted to the samples */
+    float error;            /* largest |interpolated - truth| of the samples */
+    float cost;             /* what exchanges of diagonals lower */
+    uint32_t first, count;  /* samples */
+    uint8_t fixed;          /* bit k: side k lies on a line along which the shadow jumps */
+    bool inside;            /* below a foot, where all is umbra */
+    bool stale;             /* changed since its samples were looked at */
+    bool tried;             /* coarsening failed, and nothing has changed since */
+};
+
+/* A triangle that may come to be. */
+struct tiling_plan {
+    uint32_t v[3];
+    bool inside;
+    float value[3], error;
+    double cost;
+};
+
+struct tiling_gathered {
+    double x, y;
+    float truth;
+    uint32_t sample;
+    uint32_t plan;
+};
+
+#define TILING_STAR_MAX 48
+
+struct tiling {
     pnb_context *context;
-    struct planar_point *points;
-    float *values;
-    size_t point_count, point_capacity, value_capacity;
-    uint8_t *jump; /* per point: on the foot's outline */
-    size_t jump_capacity;
-    struct planar_triangle *triangles; /* level: 0: new, -1: tested */
-    struct delaunay_corners *corners;  /* per triangle */
-    size_t triangle_count, triangle_capacity, corner_capacity;
-    uint32_t *stack;
+    double tolerance;
+    double thin2; /* squared: triangles of a smaller height are not made on purpose */
+    struct tiling_vertex *vertices;
+    size_t vertex_count, vertex_capacity;
+    struct tiling_tile *tiles;
+    size_t tile_count, tile_capacity;
+    struct tiling_sample *samples;
+    size_t sample_count, sample_capacity;
+    uint32_t *free_tiles, *free_samples;
+    size_t free_tile_count, free_tile_capacity, free_sample_count, free_sample_capacity;
+    uint32_t *stack; /* half-edges to be looked at */
     size_t stack_count, stack_capacity;
+    struct tiling_gathered *gathered;
+    size_t gathered_count, gathered_capacity;
+    size_t exchanges;
     bool no_memory;
 };
 
-/* The triangle that holds p, walking from `from`. *out_side: the side that p lies on, or 3. */
-uint32_t delaunay_find(const struct delaunay *m, struct planar_point p, uint32_t from,
-                       int *out_side);
-/* p lies in triangle t, on its side `side` (3: inside), as delaunay_find() says. */
-void delaunay_insert(struct delaunay *m, struct planar_point p, float value, uint32_t t, int side);
-/* Two triangles over a box; then points of a grid, cells along the longer side. */
-void delaunay_start(struct delaunay *m, struct planar_point lo, struct planar_point hi);
-void delaunay_add_grid(struct delaunay *m, struct planar_point lo, struct planar_point hi,
-                       int cells);
-/* A point of a line along which values jump; its number, or PLANAR_NONE outside the mesh. */
-uint32_t delaunay_add_point(struct delaunay *m, struct planar_point p);
+void tiling_finish(struct tiling *m);
+/* Two triangles over a box. */
+void tiling_start(struct tiling *m, struct planar_point lo, struct planar_point hi);
+/* The triangle that holds p, walking from `from`; PLANAR_NONE outside. */
+uint32_t tiling_find(const struct tiling *m, struct planar_point p, uint32_t from);
+/* A new vertex in tile t, which holds p; its number, or that of the vertex that is there. */
+uint32_t tiling_insert(struct tiling *m, struct planar_point p, float truth, uint32_t t);
+/* The same, p being (rounded) a point of side k of t: both triangles there are split. */
+uint32_t tiling_split_side(struct tiling *m, struct planar_point p, float truth, uint32_t t, int k);
+void tiling_add_sample(struct tiling *m, struct planar_point p, float truth, uint32_t t);
+/* Takes a sample out; its triangle is t. */
+void tiling_drop_sample(struct tiling *m, uint32_t t, uint32_t sample);
+/* Values, error and cost from the samples there are. */
+void tiling_measure(struct tiling *m, uint32_t t);
+void tiling_push_tile(struct tiling *m, uint32_t t);
+/* Exchanges diagonals, beginning with those on the stack, until the sum of costs falls no more. */
+void tiling_exchange(struct tiling *m);
 /* Makes a-b an edge of the mesh, or a chain of edges through points put between them. */
-void delaunay_force_edge(struct delaunay *m, uint32_t a, uint32_t b, int depth);
+void tiling_force_edge(struct tiling *m, uint32_t a, uint32_t b, int depth);
+/* The triangles around v in turn, all of them; 0: more than TILING_STAR_MAX, or v on the border. */
+int tiling_star(const struct tiling *m, uint32_t v, uint32_t *tiles, int *corners);
+/* Samples of tiles to m->gathered; measures plans (of one patch) against them; replaces the patch.
+ */
+void tiling_gather(struct tiling *m, const uint32_t *tiles, int count);
+void tiling_plan(struct tiling *m, struct tiling_plan *plans, int count);
+void tiling_replace(struct tiling *m, const uint32_t *tiles, int tile_count,
+                    const struct tiling_plan *plans, int plan_count);
+double tiling_height2(const struct tiling *m, const uint32_t *v);
+const char *tiling_validate(const struct tiling *m); /* NULL, or what is wrong */
+
+/* decimate.c: takes out vertices as long as no sample is off by more than `limit`. */
+size_t tiling_decimate(struct tiling *m, double limit);
+/* Moves the vertices' values towards the best fit of the samples around them. */
+void tiling_fit(struct tiling *m, double limit);
 
 /* What is to be meshed, grid units. */
 struct reach {

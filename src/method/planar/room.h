@@ -8,6 +8,7 @@
 #include "silhouette/point.h"
 
 #define SHADOW_SAMPLES_MAX 1024
+#define SHADOW_FINE        0.008 /* tolerances below: 4,096 light samples instead of 1,024 */
 
 enum shadow_placement { SHADOW_OPTIMISED = 0, SHADOW_BORDER, SHADOW_RANDOM };
 /* What becomes of leaks, see build.c. */
@@ -79,6 +80,7 @@ struct shadow_builder {
     size_t scratch;    /* points that the six arrays above have room for */
     pnb_solver *truth; /* of intensity=exact and of tolerance; made when first needed */
     const char *truth_method;
+    int truth_samples; /* on the light; 0: 1,024 */
     struct shadow_times times;
 };
 pnb_status shadow_builder_init(pnb_context *context, pnb_scene *scene,
@@ -129,6 +131,9 @@ pnb_status shadow_clusters(pnb_context *context, const struct light_shape *shape
 void shadow_samples(const struct shadow_cluster *cluster, enum shadow_placement placement,
                     int count, vec3 around, double far, vec3 *out_samples);
 int shadow_sample_count(const struct shadow_cluster *cluster, int wanted); /* 1 for points */
+/* The corners of a cluster, world; of a round one some points of its rim. At most `most`. */
+int shadow_corners(const struct shadow_cluster *cluster, vec3 around, double far, int most,
+                   vec3 *out_corners);
 vec3 shadow_light_middle(const struct light_shape *shape, vec3 around, double far);
 
 /* build.c: rings and their fill. */
