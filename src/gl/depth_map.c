@@ -178,7 +178,7 @@ static void cube(struct gl_depth_map *map, const struct gl_occluders *occluders,
 }
 
 /* The least distance along any face's axis that is worth a near plane. */
-static double find_near(const struct gl_depth_map *map, const struct gl_occluders *occluders,
+static double find_near(struct gl_depth_map *map, const struct gl_occluders *occluders,
                         double extent)
 {
     double nearest = INFINITY;
@@ -189,6 +189,7 @@ static double find_near(const struct gl_depth_map *map, const struct gl_occluder
         vec3 inside = v3_max(o->low, v3_min(o->high, map->center));
         nearest = fmin(nearest, v3_length(v3_sub(inside, map->center)));
     }
+    map->nearest = isfinite(nearest) ? fmax(nearest, extent / 16384) : extent;
     /* Off the axis a point is nearer along it, by up to the fitted picture's corner. */
     double far_corner =
         hypot(fabs(map->shift[0]) + map->reach[0], fabs(map->shift[1]) + map->reach[1]);

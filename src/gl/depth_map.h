@@ -21,6 +21,7 @@ struct gl_depth_map {
     int face_count; /* 0: nothing casts */
     vec3 axes[GL_DEPTH_MAP_FACES][3];
     double shift[2], reach[2];
+    double nearest; /* distance of the nearest caster's box from center, or less */
     float packed_axes[9 * GL_DEPTH_MAP_FACES];
 };
 

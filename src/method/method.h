@@ -65,5 +65,7 @@ extern const struct method method_planar;
 extern const struct method method_line_map;
 extern const struct method method_sampled_maps;
 extern const struct method method_hard_map;
+extern const struct method method_hard_volume;
+extern const struct method method_pcss;
 
 #endif

@@ -12,6 +12,8 @@ static const struct method *const methods[] = {
     &method_line_map,
     &method_sampled_maps,
     &method_hard_map,
+    &method_hard_volume,
+    &method_pcss,
 };
 
 static const char default_method[] = "exact";
