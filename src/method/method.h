@@ -67,5 +67,6 @@ extern const struct method method_sampled_maps;
 extern const struct method method_hard_map;
 extern const struct method method_hard_volume;
 extern const struct method method_pcss;
+extern const struct method method_dbuffer;
 
 #endif

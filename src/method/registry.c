@@ -9,6 +9,7 @@ static const struct method *const methods[] = {
     &method_reference,
     &method_exact,
     &method_planar,
+    &method_dbuffer,
     &method_line_map,
     &method_sampled_maps,
     &method_hard_map,

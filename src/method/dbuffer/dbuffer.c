@@ -1,0 +1,544 @@
+/* method/dbuffer/dbuffer.c: soft shadows with correct boundaries: umbra and penumbra volumes in a
+ * buffer of distances from the light's centre (Jakobsen, Christensen, Larsen, Petersen 2004), on
+ * OpenGL.
+ *
+ *   faces, edges -> silhouettes from the disk -> volumes (volumes.c)
+ *   D-buffer, a face at a time, seen from the light's centre c (map.c):
+ *     occluder   |c x_o|                       occluder.frag
+ *     umbra      |c x_uv|, |c x_s|, angle      volume.frag: volumes, then silhouette faces
+ *     penumbra   |c x_pv|, |c x_s|, angle      volume.frag
+ *     with layers=2: the next occluder, and the next umbra and penumbra volume behind the first
+ *   pixels -> t, V(t) or V(t1, t2, alpha)      evaluate.frag
+ *
+ * Light: a disk; rectangles and polygons become a disk of the same area about their middle; a point
+ * (or a disk without extent) is the plain depth map that hard-map is.
+ *
+ * Differences from the paper, each explained where it is done: the signs and factors of its
+ * equations 1 to 3; umbra and penumbra have a distance to the silhouette each, so that no stencil
+ * is needed to keep one from overwriting the other; the nearest volume wins, not the farthest
+ * (volume.frag); distances are found per fragment; fans close both volumes; look-ups are blended
+ * between texels (evaluate.frag).
+ *
+ * Cost: CPU O(triangles + edges); for each face of the D-buffer the casters once (twice), the
+ * volumes once (twice); 3 (6) look-ups a pixel, four times that with filter=linear. Memory: per
+ * face and texel 4 + 16 + 16 bytes (twice that with layers=2), and 4 for depth.
+ */
+#include <stddef.h>
+#include <stdio.h>
+#include <string.h>
+
+#include "geom/tolerance.h"
+#include "gl/depth_map.h"
+#include "method/dbuffer/map.h"
+#include "method/dbuffer/volumes.h"
+#include "method/opengl.h"
+
+enum { OCCLUDER, UMBRA, PENUMBRA, KINDS };
+
+struct dbuffer {
+    struct gl_device *device;
+    int size, layers;
+    double bias;
+    struct dbuffer_volumes volumes;
+    struct dbuffer_map map;
+    struct gl_buffer *pieces[2]; /* umbra, penumbra */
+    struct gl_buffer *faces;
+    float *face_vertices;
+    size_t face_capacity;
+    struct gl_program *draw[KINDS][2]; /* by layer */
+    struct gl_program *draw_face[2], *evaluate, *point;
+    struct gl_texture *textures[KINDS][2], *depth; /* LAYERS; as many as faces */
+    struct gl_target *targets[KINDS][2][DBUFFER_FACES];
+    int face_count; /* that the textures have */
+    struct gl_depth_map *point_map;
+};
+
+static pnb_status make_program(struct dbuffer *b, const char *vertex, const char *fragment,
+                               const char *defines, const char *const *attributes, int count,
+                               struct gl_program **out)
+{
+    struct gl_program_desc desc = {.vertex = vertex,
+                                   .fragment = fragment,
+                                   .defines = defines,
+                                   .attributes = attributes,
+                                   .attribute_count = count};
+    return gl_program_create(b->device, &desc, out);
+}
+
+static pnb_status make_programs(pnb_solver *solver, struct dbuffer *b)
+{
+    static const char *const position[] = {"position"}, *const piece[] = {"v1", "v2", "p"},
+                             *const face[] = {"position", "v1", "v2", "p"};
+    const char *layered = b->layers == 2 ? "#define LAYERS2 1\n" : "";
+    char defines[256];
+    pnb_status status = PNB_OK;
+    for (int layer = 0; layer < b->layers && status == PNB_OK; layer++) {
+        const char *second = layer == 1 ? "#define SECOND 1\n" : "";
+        status = make_program(b, "method/dbuffer/occluder.vert", "method/dbuffer/occluder.frag",
+                              second, position, 1, &b->draw[OCCLUDER][layer]);
+        for (int kind = UMBRA; kind <= PENUMBRA && status == PNB_OK; kind++) {
+            snprintf(defines, sizeof(defines), "%s%s%s", layered, second,
+                     kind == UMBRA ? "#define UMBRA 1\n" : "");
+            status = make_program(b, "method/dbuffer/volume.vert", "method/dbuffer/volume.frag",
+                                  defines, piece, 3, &b->draw[kind][layer]);
+        }
+        snprintf(defines, sizeof(defines), "%s%s#define UMBRA 1\n#define FACE 1\n", layered,
+                 second);
+        if (status == PNB_OK)
+            status = make_program(b, "method/dbuffer/face.vert", "method/dbuffer/volume.frag",
+                                  defines, face, 4, &b->draw_face[layer]);
+    }
+    const char *v = solver_param(solver, "v");
+    snprintf(defines, sizeof(defines), "%s%s#define V_FORM %d\n", layered,
+             strcmp(solver_param(solver, "filter"), "linear") == 0 ? "#define LINEAR 1\n" : "",
+             strcmp(v, "paper") == 0  ? 0
+             : strcmp(v, "disk") == 0 ? 1
+                                      : 2);
+    if (status == PNB_OK)
+        status = make_program(b, "gl/cover.vert", "method/dbuffer/evaluate.frag", defines, NULL, 0,
+                              &b->evaluate);
+    if (status == PNB_OK)
+        status =
+            make_program(b, "gl/cover.vert", "method/dbuffer/point.frag", NULL, NULL, 0, &b->point);
+    return status;
+}
+
+static void warn_of_open_meshes(pnb_solver *solver, const struct gl_occluders *o)
+{
+    if (o->open_count + o->non_manifold_count > 0)
+        for (size_t i = 0; i < o->object_count; i++)
+            if (!o->objects[i].closed && !o->objects[i].floor) {
+                solver_warn(solver,
+                            "occluders are not closed (%zu open, %zu non-manifold edges): their "
+                            "borders are taken for outlines",
+                            o->open_count, o->non_manifold_count);
+                return;
+            }
+}
+
+static pnb_status dbuffer_create(pnb_solver *solver, struct opengl_state *state)
+{
+    struct dbuffer *b = state->room = memory_calloc(solver->context, 1, sizeof(*b));
+    if (!b)
+        return status_no_memory(solver->context, sizeof(*b));
+    b->device = state->device;
+    b->size = solver_param_integer(solver, "size");
+    b->layers = solver_param_integer(solver, "layers");
+    b->bias = solver_param_number(solver, "bias");
+    dbuffer_volumes_init(solver->context, &b->volumes);
+    pnb_status status = make_programs(solver, b);
+    for (int i = 0; i < 2 && status == PNB_OK; i++)
+        status = gl_buffer_create(b->device, NULL, 4096, true, &b->pieces[i]);
+    if (status == PNB_OK)
+        status = gl_buffer_create(b->device, NULL, 4096, true, &b->faces);
+    warn_of_open_meshes(solver, state->occluders);
+    return status;
+}
+
+static void destroy_textures(struct dbuffer *b)
+{
+    for (int kind = 0; kind < KINDS; kind++)
+        for (int layer = 0; layer < 2; layer++) {
+            for (int i = 0; i < DBUFFER_FACES; i++) {
+                gl_target_destroy(b->targets[kind][layer][i]);
+                b->targets[kind][layer][i] = NULL;
+            }
+            gl_texture_destroy(b->textures[kind][layer]);
+            b->textures[kind][layer] = NULL;
+        }
+    gl_texture_destroy(b->depth);
+    b->depth = NULL;
+    b->face_count = 0;
+}
+
+static void dbuffer_destroy(pnb_solver *solver, struct opengl_state *state)
+{
+    struct dbuffer *b = state->room;
+    if (!b)
+        return;
+    destroy_textures(b);
+    for (int layer = 0; layer < 2; layer++) {
+        for (int kind = 0; kind < KINDS; kind++)
+            gl_program_destroy(b->draw[kind][layer]);
+        gl_program_destroy(b->draw_face[layer]);
+        gl_buffer_destroy(b->pieces[layer]);
+    }
+    gl_program_destroy(b->evaluate);
+    gl_program_destroy(b->point);
+    gl_buffer_destroy(b->faces);
+    gl_depth_map_destroy(b->point_map);
+    dbuffer_volumes_finish(&b->volumes);
+    memory_free(solver->context, b->face_vertices);
+    memory_free(solver->context, b);
+}
+
+static pnb_status dbuffer_changed(pnb_solver *solver, struct opengl_state *state)
+{
+    warn_of_open_meshes(solver, state->occluders);
+    return PNB_OK;
+}
+
+static pnb_status reserve_textures(struct dbuffer *b, int faces)
+{
+    if (faces <= b->face_count)
+        return PNB_OK;
+    destroy_textures(b);
+    struct gl_texture_desc depth = {
+        .format = GL_FORMAT_DEPTH32F, .width = b->size, .height = b->size};
+    pnb_status status = gl_texture_create(b->device, &depth, &b->depth);
+    for (int kind = 0; kind < KINDS; kind++)
+        for (int layer = 0; layer < b->layers && status == PNB_OK; layer++) {
+            struct gl_texture_desc desc = {.kind = GL_TEXTURE_LAYERS,
+                                           .format = kind == OCCLUDER ? GL_FORMAT_R32F
+                                                                      : GL_FORMAT_RGBA32F,
+                                           .width = b->size,
+                                           .height = b->size,
+                                           .layers = faces};
+            status = gl_texture_create(b->device, &desc, &b->textures[kind][layer]);
+            for (int i = 0; i < faces && status == PNB_OK; i++) {
+                struct gl_target_desc target = {.colors = {{b->textures[kind][layer], i}},
+                                                .depth = {b->depth, 0}};
+                status = gl_target_create(b->device, &target, &b->targets[kind][layer][i]);
+            }
+        }
+    if (status == PNB_OK)
+        b->face_count = faces;
+    else
+        destroy_textures(b);
+    return status;
+}
+
+/* The disk that stands for the light. */
+static pnb_status find_disk(pnb_solver *solver, const struct light_shape *shape,
+                            struct silhouette_disk *disk)
+{
+    vec3 center = shape->origin;
+    double radius = sqrt(shape->area / M_PI);
+    switch (shape->light.type) {
+    case PNB_LIGHT_DISK: radius = shape->light.shape.disk.radius; break;
+    case PNB_LIGHT_POINT: silhouette_disk_init(disk, center, v3(0, 1, 0), 0); return PNB_OK;
+    case PNB_LIGHT_RECTANGLE:
+        center = v3_mad(v3_mad(center, shape->axis_u, 0.5), shape->axis_v, 0.5);
+        break;
+    default: {
+        /* The middle of the polygon's area. */
+        const double *vertices = shape->light.shape.polygon.vertices;
+        double sum = 0;
+        center = v3(0, 0, 0);
+        for (size_t i = 0; i < shape->triangle_count; i++) {
+            const uint32_t *t = shape->triangles + 3 * i;
+            vec3 a = v3_load(vertices + 3 * t[0]), b = v3_load(vertices + 3 * t[1]),
+                 c = v3_load(vertices + 3 * t[2]);
+            double area = v3_length(v3_cross(v3_sub(b, a), v3_sub(c, a)));
+            center = v3_mad(center, v3_add(v3_add(a, b), c), area / 3);
+            sum += area;
+        }
+        center = v3_scale(center, 1 / sum);
+    }
+    }
+    silhouette_disk_init(disk, center, shape->normal, radius);
+    if (shape->light.type != PNB_LIGHT_DISK)
+        solver_warn(solver, "the light is taken for a disk of the same area, radius %.4g m",
+                    radius);
+    return PNB_OK;
+}
+
+/* ---- Drawing the D-buffer ---- */
+
+struct pass {
+    struct dbuffer *b;
+    const struct gl_occluders *occluders;
+    const struct silhouette_disk *disk;
+    double per_far, gap;
+    float axes[9 * DBUFFER_FACES];
+    int face;
+};
+
+static void clear(struct pass *pass, int kind, int layer)
+{
+    struct gl_clear clear = {.color = {true}, .depth = true, .depth_value = 1};
+    gl_target_clear(pass->b->targets[kind][layer][pass->face], &clear);
+}
+
+static struct gl_draw begin_draw(struct pass *pass, struct gl_program *program, int kind, int layer)
+{
+    return (struct gl_draw){.program = program,
+                            .target = pass->b->targets[kind][layer][pass->face],
+                            .depth_test = true,
+                            .depth_write = true,
+                            .depth_compare = GL_COMPARE_LESS};
+}
+
+static void draw_occluders(struct pass *pass, int layer)
+{
+    struct dbuffer *b = pass->b;
+    const struct gl_occluders *o = pass->occluders;
+    double matrix[16];
+    dbuffer_map_matrix(&b->map, pass->face, pass->disk, true, matrix);
+    clear(pass, OCCLUDER, layer);
+    struct gl_draw draw = begin_draw(pass, b->draw[OCCLUDER][layer], OCCLUDER, layer);
+    draw.indices = o->index_buffer;
+    draw.attributes[0] = (struct gl_attribute){o->position_buffer, 3};
+    struct gl_uniform *u = draw.uniforms;
+    *u++ = gl_vec3("center", &pass->disk->center.x);
+    *u++ = gl_mat4("clip_from_relative", matrix);
+    *u++ = gl_float("per_far", pass->per_far);
+    *u++ = gl_float("gap", pass->gap);
+    if (layer == 1) {
+        *u++ = gl_sampler("first_texture", b->textures[OCCLUDER][0]);
+        *u++ = gl_int("face", pass->face);
+    }
+    /* Neighbours of a kind in one draw. */
+    for (size_t i = 0; i < o->object_count;) {
+        size_t end = i;
+        draw.first = o->objects[i].first_index;
+        draw.count = 0;
+        for (; end < o->object_count && o->objects[end].closed == o->objects[i].closed &&
+               dbuffer_casts(&o->objects[end], pass->disk);
+             end++)
+            draw.count += o->objects[end].index_count;
+        *u = gl_int("closed", o->objects[i].closed);
+        gl_draw(b->device, &draw);
+        i = end > i ? end : i + 1;
+    }
+}
+
+static void draw_volume(struct pass *pass, int kind, int layer)
+{
+    struct dbuffer *b = pass->b;
+    double matrix[16];
+    dbuffer_map_matrix(&b->map, pass->face, pass->disk, false, matrix);
+    clear(pass, kind, layer);
+    struct gl_draw draw = begin_draw(pass, b->draw[kind][layer], kind, layer);
+    const size_t stride = sizeof(struct dbuffer_piece);
+    struct gl_buffer *pieces = b->pieces[kind == PENUMBRA];
+    draw.count = 6;
+    draw.instances = kind == UMBRA ? b->volumes.umbra_count : b->volumes.penumbra_count;
+    draw.attributes[0] =
+        (struct gl_attribute){pieces, 3, false, stride, offsetof(struct dbuffer_piece, v1), 1};
+    draw.attributes[1] =
+        (struct gl_attribute){pieces, 3, false, stride, offsetof(struct dbuffer_piece, v2), 1};
+    draw.attributes[2] =
+        (struct gl_attribute){pieces, 4, false, stride, offsetof(struct dbuffer_piece, p1), 1};
+    struct gl_uniform *u = draw.uniforms;
+    *u++ = gl_mat4("clip_from_light", matrix);
+    *u++ = gl_float("radius", pass->disk->radius);
+    *u++ = gl_float("per_far", pass->per_far);
+    *u++ = gl_int("face", pass->face);
+    *u++ = gl_floats("map_axes", GL_UNIFORM_VEC3, pass->axes, 3 * b->map.face_count);
+    *u++ = gl_vec4("map_fit", b->map.shift[0], b->map.shift[1], b->map.reach[0], b->map.reach[1]);
+    *u++ = gl_float("map_size", b->size);
+    *u++ = gl_sampler("occluder_texture", b->textures[OCCLUDER][0]);
+    if (b->layers == 2)
+        *u++ = gl_sampler("behind_texture", b->textures[OCCLUDER][1]);
+    if (layer == 1)
+        *u++ = gl_sampler("first_texture", b->textures[kind][0]);
+    if (draw.instances > 0)
+        gl_draw(b->device, &draw);
+    if (kind != UMBRA || b->volumes.face_count == 0)
+        return;
+    draw.program = b->draw_face[layer];
+    draw.instances = 0;
+    draw.count = 3 * b->volumes.face_count;
+    const size_t float_size = sizeof(float), face_stride = 11 * float_size;
+    draw.attributes[0] = (struct gl_attribute){b->faces, 3, false, face_stride, 0, 0};
+    draw.attributes[1] = (struct gl_attribute){b->faces, 3, false, face_stride, 3 * float_size, 0};
+    draw.attributes[2] = (struct gl_attribute){b->faces, 3, false, face_stride, 6 * float_size, 0};
+    draw.attributes[3] = (struct gl_attribute){b->faces, 2, false, face_stride, 9 * float_size, 0};
+    gl_draw(b->device, &draw);
+}
+
+static pnb_status upload_volumes(pnb_solver *solver, struct dbuffer *b)
+{
+    const struct dbuffer_volumes *v = &b->volumes;
+    pnb_status status = PNB_OK;
+    if (v->umbra_count > 0)
+        status = gl_buffer_write(b->pieces[0], v->umbra, v->umbra_count * sizeof(*v->umbra));
+    if (status == PNB_OK && v->penumbra_count > 0)
+        status =
+            gl_buffer_write(b->pieces[1], v->penumbra, v->penumbra_count * sizeof(*v->penumbra));
+    if (status != PNB_OK || v->face_count == 0)
+        return status;
+    if (!memory_reserve(solver->context, (void **)&b->face_vertices, &b->face_capacity, 0,
+                        33 * v->face_count, sizeof(float)))
+        return status_no_memory(solver->context, 132 * v->face_count);
+    float *out = b->face_vertices;
+    for (size_t i = 0; i < v->face_count; i++)
+        for (int k = 0; k < 3; k++, out += 11) {
+            const struct dbuffer_face *face = &v->faces[i];
+            memcpy(out, face->corners[k], 3 * sizeof(float));
+            memcpy(out + 3, face->v1, 3 * sizeof(float));
+            memcpy(out + 6, face->v2, 3 * sizeof(float));
+            memcpy(out + 9, face->p, 2 * sizeof(float));
+        }
+    return gl_buffer_write(b->faces, b->face_vertices, 33 * v->face_count * sizeof(float));
+}
+
+static pnb_status draw_point(pnb_solver *solver, struct opengl_state *state, vec3 at, vec3 normal,
+                             const struct gl_frame *frame, struct gl_target *target)
+{
+    struct dbuffer *b = state->room;
+    pnb_status status = PNB_OK;
+    if (!b->point_map)
+        status = gl_depth_map_create(b->device, b->size, &b->point_map);
+    if (status == PNB_OK)
+        status = gl_depth_map_draw(b->point_map, state->occluders, at, normal);
+    if (status != PNB_OK)
+        return status;
+    struct gl_draw draw = {.program = b->point, .target = target};
+    gl_depth_map_uniforms(b->point_map, draw.uniforms);
+    struct gl_uniform *u = draw.uniforms + GL_DEPTH_MAP_UNIFORMS;
+    *u++ = gl_sampler("frame_position", frame->position);
+    *u++ = gl_sampler("frame_normal", frame->normal);
+    *u++ = gl_float("bias", b->bias);
+    gl_draw_cover(b->device, &draw);
+    return PNB_OK;
+}
+
+static void draw_pixels(struct pass *pass, const struct gl_frame *frame, struct gl_target *target)
+{
+    struct dbuffer *b = pass->b;
+    struct gl_draw draw = {.program = b->evaluate, .target = target};
+    struct gl_uniform *u = draw.uniforms;
+    *u++ = gl_sampler("frame_position", frame->position);
+    *u++ = gl_sampler("frame_normal", frame->normal);
+    *u++ = gl_vec3("center", &pass->disk->center.x);
+    *u++ = gl_vec3("axis_u", &pass->disk->u.x);
+    *u++ = gl_vec3("axis_v", &pass->disk->v.x);
+    *u++ = gl_vec3("axis_n", &pass->disk->normal.x);
+    *u++ = gl_float("bias", b->bias);
+    *u++ = gl_int("map_face_count", b->map.face_count);
+    *u++ = gl_floats("map_axes", GL_UNIFORM_VEC3, pass->axes, 3 * b->map.face_count);
+    *u++ = gl_vec4("map_fit", b->map.shift[0], b->map.shift[1], b->map.reach[0], b->map.reach[1]);
+    *u++ = gl_float("map_size", b->size);
+    *u++ = gl_sampler("occluder_texture", b->textures[OCCLUDER][0]);
+    *u++ = gl_sampler("umbra_texture", b->textures[UMBRA][0]);
+    *u++ = gl_sampler("penumbra_texture", b->textures[PENUMBRA][0]);
+    if (b->layers == 2) {
+        *u++ = gl_sampler("behind_texture", b->textures[OCCLUDER][1]);
+        *u++ = gl_sampler("umbra2_texture", b->textures[UMBRA][1]);
+        *u++ = gl_sampler("penumbra2_texture", b->textures[PENUMBRA][1]);
+    }
+    gl_draw_cover(b->device, &draw);
+}
+
+static pnb_status draw_disk(pnb_solver *solver, struct opengl_state *state,
+                            const struct silhouette_disk *disk, const struct gl_frame *frame,
+                            struct gl_target *target)
+{
+    struct dbuffer *b = state->room;
+    const struct gl_occluders *o = state->occluders;
+    struct pass pass = {.b = b, .occluders = o, .disk = disk};
+    double started = clock_ms();
+    pnb_status status = dbuffer_volumes_build(&b->volumes, o, disk);
+    double built = clock_ms();
+    dbuffer_map_fit(o, disk, b->size, &b->map);
+    if (status == PNB_OK)
+        status = upload_volumes(solver, b);
+    if (status == PNB_OK)
+        status = reserve_textures(b, b->map.face_count);
+    if (status != PNB_OK)
+        return status;
+    double extent = v3_length(v3_sub(o->scene_high, o->scene_low)), farthest = 0;
+    for (int i = 0; i < 8; i++) {
+        vec3 p =
+            v3(i & 1 ? o->scene_high.x : o->scene_low.x, i & 2 ? o->scene_high.y : o->scene_low.y,
+               i & 4 ? o->scene_high.z : o->scene_low.z);
+        farthest = fmax(farthest, v3_length(v3_sub(p, disk->center)));
+    }
+    pass.per_far = 1 / (8 * farthest);
+    pass.gap = TOLERANCE_LIGHT_GAP * extent;
+    for (int i = 0; i < b->map.face_count; i++)
+        for (int k = 0; k < 3; k++)
+            v3_storef(pass.axes + 9 * i + 3 * k, b->map.axes[i][k]);
+    for (pass.face = 0; pass.face < b->map.face_count; pass.face++) {
+        for (int layer = 0; layer < b->layers; layer++)
+            draw_occluders(&pass, layer);
+        for (int kind = UMBRA; kind <= PENUMBRA; kind++)
+            for (int layer = 0; layer < b->layers; layer++)
+                draw_volume(&pass, kind, layer);
+    }
+    if (b->map.face_count > 0) {
+        draw_pixels(&pass, frame, target);
+    } else {
+        struct gl_clear lit = {.color = {true}, .color_value = {{1, 1, 1, 1}}};
+        gl_target_clear(target, &lit);
+    }
+    const struct dbuffer_volumes *v = &b->volumes;
+    solver_count(solver, "umbra_edges", (double)v->umbra_edges);
+    solver_count(solver, "penumbra_edges", (double)v->penumbra_edges);
+    solver_count(solver, "skipped_edges", (double)v->skipped_edges);
+    solver_count(solver, "concave_edges", (double)v->concave_edges);
+    solver_count(solver, "umbra_pieces", (double)v->umbra_count);
+    solver_count(solver, "penumbra_pieces", (double)v->penumbra_count);
+    solver_count(solver, "silhouette_faces", (double)v->face_count);
+    solver_count(solver, "buffer_faces", b->map.face_count);
+    solver_count(solver, "volumes_ms", built - started);
+    if (v->skipped_edges > 0)
+        solver_warn(solver, "the lines of some silhouette edges meet the light: they are left out");
+    return PNB_OK;
+}
+
+static pnb_status dbuffer_draw(pnb_solver *solver, struct opengl_state *state,
+                               const struct light_shape *shape, const pnb_light *light,
+                               const struct gl_frame *frame, struct gl_texture *visibility)
+{
+    struct silhouette_disk disk;
+    struct gl_target *target;
+    struct gl_target_desc desc = {.colors = {{visibility, 0}}};
+    pnb_status status = find_disk(solver, shape, &disk);
+    if (status == PNB_OK)
+        status = gl_target_create(state->device, &desc, &target);
+    if (status != PNB_OK)
+        return status;
+    const struct gl_occluders *o = state->occluders;
+    double extent = v3_length(v3_sub(o->scene_high, o->scene_low));
+    bool point = light->type == PNB_LIGHT_POINT;
+    if (point || disk.radius < TOLERANCE_LIGHT_GAP * extent)
+        status = draw_point(solver, state, disk.center, point ? v3(0, 0, 0) : disk.normal, frame,
+                            target);
+    else
+        status = draw_disk(solver, state, &disk, frame, target);
+    gl_target_destroy(target);
+    return status;
+}
+
+static const pnb_param_info params[] = {
+    {"size", PNB_PARAM_INTEGER, "1024", 16, 8192, NULL,
+     "a face of the D-buffer has size x size texels"},
+    {"layers", PNB_PARAM_INTEGER, "2", 1, 2, NULL,
+     "intersections with the light that a texel holds: 1 as in the paper, 2 as in its outlook"},
+    {"v", PNB_PARAM_CHOICE, "disk", 0, 0, "paper|disk|sqrt",
+     "V(t): 3t^2 - 2t^3, the disk's own, or sqrt(t) for small occluders"},
+    {"filter", PNB_PARAM_CHOICE, "linear", 0, 0, "nearest|linear",
+     "one texel for a pixel, or the four around it"},
+    {"bias", PNB_PARAM_NUMBER, "1", 0, 1000, NULL, "of the occluder's distance, in texels"},
+};
+
+static const struct opengl_method opengl = {.create = dbuffer_create,
+                                            .destroy = dbuffer_destroy,
+                                            .changed = dbuffer_changed,
+                                            .draw = dbuffer_draw};
+
+const struct method method_dbuffer = {
+    .info =
+        {
+            .name = "dbuffer",
+            .title = "umbra and penumbra volumes in a distance buffer",
+            .paper = "Jakobsen, Christensen, Larsen, Petersen: Boundary Correct Real-Time Soft "
+                     "Shadows (2004)",
+            .summary = "Umbra and penumbra volumes of a disk light, drawn from its centre into a "
+                       "buffer of distances; a share of the light's diameter per pixel.",
+            .lights = PNB_LIGHT_BIT(PNB_LIGHT_RECTANGLE) | PNB_LIGHT_BIT(PNB_LIGHT_DISK) |
+                      PNB_LIGHT_BIT(PNB_LIGHT_POLYGON) | PNB_LIGHT_BIT(PNB_LIGHT_POINT),
+            .receivers = PNB_RECEIVERS_ANY,
+            .processor = PNB_PROCESSOR_OPENGL,
+            .params = params,
+            .param_count = sizeof(params) / sizeof(*params),
+        },
+    .create = opengl_create,
+    .destroy = opengl_destroy,
+    .update = opengl_update,
+    .visibility = opengl_visibility,
+    .opengl = &opengl,
+};

@@ -1,0 +1,388 @@
+/* method/dbuffer/volumes.c: silhouettes seen from a disk, and the volumes that they bound.
+ *
+ * Jakobsen et al., section 2.1. A plane through an edge that leaves the occluder on one side and
+ * touches the rim bounds the umbra when the disk lies on the occluder's side (an outer tangent),
+ * and the penumbra when it lies on the other (an inner tangent). For an edge between two faces of a
+ * closed mesh such planes exist where
+ *
+ *   umbra:    one face is none-frontfacing and the other is not
+ *   penumbra: one face is all-frontfacing and the other is not
+ *
+ * Where this differs from the paper:
+ *   - Concave edges of closed meshes are left out: their own solid stands between them and every
+ *     point of the light that could see them as an outline.
+ *   - Edges of open meshes have no inside. There, each of the two tangent planes counts if all
+ *     faces at the edge lie on one side of it (an open border always does with its one face).
+ *   - Fans close both volumes: at corners that are convex, seen from the light, the penumbra quads
+ *     part and the umbra quads cross; at reflex corners it is the other way round.
+ *   - A fan's triangles touch the cone over the rim's arc from outside; the cone's own distance is
+ *     found per fragment, so the arc's subdivision changes no value.
+ *
+ * Degenerate input: faces without area count as none-frontfacing; edges whose line meets the disk
+ * (the light touches the occluder) are counted and skipped; edges that cross the light's plane are
+ * cut just before it. Cost: a plane test per face, two look-ups per edge, the rest for silhouettes.
+ */
+#include "method/dbuffer/volumes.h"
+
+#include <string.h>
+
+/* Edges are cut at this share of the light's radius before its plane. */
+#define PLANE_GAP 1e-3
+/* Third corners within this share of their distance to a plane count as in it. */
+#define FLAT 1e-6
+/* An arc's triangle spans at most this angle; it sticks out of the rim by 1 / cos(half). */
+#define ARC_STEP (M_PI / 6)
+
+/* A silhouette edge as its two vertices see it: lists per vertex. */
+struct dbuffer_link {
+    uint32_t vertex[2]; /* from, to; the solid on the left */
+    vec3 ends[2];       /* light space */
+    double p[2];
+    uint32_t next_out; /* of those that begin in vertex[0] */
+    float object;
+    bool taken; /* a corner ends in vertex[0] already */
+    bool cut[2];
+};
+
+void dbuffer_volumes_init(pnb_context *context, struct dbuffer_volumes *volumes)
+{
+    memset(volumes, 0, sizeof(*volumes));
+    volumes->context = context;
+}
+
+void dbuffer_volumes_finish(struct dbuffer_volumes *volumes)
+{
+    pnb_context *context = volumes->context;
+    memory_free(context, volumes->umbra);
+    memory_free(context, volumes->penumbra);
+    memory_free(context, volumes->faces);
+    memory_free(context, volumes->facing);
+    memory_free(context, volumes->links);
+    memory_free(context, volumes->heads);
+    memory_free(context, volumes->across);
+    memset(volumes, 0, sizeof(*volumes));
+}
+
+static vec3 vertex(const struct gl_occluders *o, const struct silhouette_disk *disk, uint32_t v)
+{
+    return silhouette_disk_from_world(disk, v3_loadf(o->positions + 3 * (size_t)v));
+}
+
+/* The corner of a triangle that is neither a nor b. */
+static uint32_t third_corner(const struct gl_occluders *o, uint32_t triangle, uint32_t a,
+                             uint32_t b)
+{
+    const uint32_t *t = o->indices + 3 * (size_t)triangle;
+    for (int i = 0; i < 2; i++)
+        if (t[i] != a && t[i] != b)
+            return t[i];
+    return t[2];
+}
+
+static bool add_piece(struct dbuffer_volumes *s, bool penumbra, vec3 v1, vec3 v2,
+                      const double p1[2], const double p2[2], float object)
+{
+    struct dbuffer_piece **array = penumbra ? &s->penumbra : &s->umbra;
+    size_t *count = penumbra ? &s->penumbra_count : &s->umbra_count;
+    if (!memory_reserve(s->context, (void **)array,
+                        penumbra ? &s->penumbra_capacity : &s->umbra_capacity, *count, 1,
+                        sizeof(**array)))
+        return false;
+    struct dbuffer_piece *piece = &(*array)[(*count)++];
+    v3_storef(piece->v1, v1);
+    v3_storef(piece->v2, v2);
+    for (int i = 0; i < 2; i++) {
+        piece->p1[i] = (float)p1[i];
+        piece->p2[i] = (float)p2[i];
+    }
+    piece->object = object;
+    piece->kind = penumbra ? 1 : 0;
+    return true;
+}
+
+/* det[a - p, b - p, x - p]: negative where x lies left of ab, seen from p. */
+static double side(const double p[2], vec3 a, vec3 b, vec3 x)
+{
+    vec3 at = v3(p[0], p[1], 0);
+    return v3_dot(v3_cross(v3_sub(a, at), v3_sub(b, at)), v3_sub(x, at));
+}
+
+/* The quad of a directed silhouette edge, and its ends for the fans. */
+static bool add_edge(struct dbuffer_volumes *s, const struct silhouette_disk *disk, bool penumbra,
+                     const uint32_t index[2], vec3 a, vec3 b, const double p[2], float object)
+{
+    double least = PLANE_GAP * disk->radius;
+    struct dbuffer_link link = {
+        {index[0], index[1]}, {a, b}, {p[0], p[1]}, MESH_NONE, object, false, {false, false}};
+    if (a.z < least && b.z < least)
+        return true;
+    for (int i = 0; i < 2; i++) {
+        vec3 in = link.ends[i], out = link.ends[1 - i];
+        if (in.z >= least)
+            continue;
+        link.ends[i] = v3_mad(in, v3_sub(out, in), (least - in.z) / (out.z - in.z));
+        link.cut[i] = true;
+    }
+    *(penumbra ? &s->penumbra_edges : &s->umbra_edges) += 1;
+    if (!add_piece(s, penumbra, link.ends[0], link.ends[1], p, p, object) ||
+        !memory_reserve(s->context, (void **)&s->links, &s->link_capacity, s->link_count, 1,
+                        sizeof(*s->links)))
+        return false;
+    s->links[s->link_count++] = link;
+    return true;
+}
+
+static bool add_tangents(struct dbuffer_volumes *s, const struct gl_occluders *o,
+                         const struct silhouette_disk *disk, const struct gl_edge *edge, bool plain,
+                         float object, bool penumbra)
+{
+    vec3 ends[2] = {vertex(o, disk, edge->a), vertex(o, disk, edge->b)};
+    uint32_t index[2] = {edge->a, edge->b};
+    double points[2][2];
+    if (ends[0].z <= 0 && ends[1].z <= 0)
+        return true;
+    if (!silhouette_disk_tangents(disk->radius, ends[0], ends[1], points)) {
+        s->skipped_edges++;
+        return true;
+    }
+    if (plain) {
+        /* The face that is seen runs counter-clockwise: the solid is on the left. */
+        bool first_seen = penumbra ? s->facing[edge->first] == SILHOUETTE_ALL_FRONTFACING
+                                   : s->facing[edge->first] != SILHOUETTE_NONE_FRONTFACING;
+        if (!first_seen) {
+            vec3 end = ends[0];
+            ends[0] = ends[1], ends[1] = end;
+            index[0] = edge->b, index[1] = edge->a;
+        }
+        /* The other way round, the tangents change places. */
+        const double *p = points[(penumbra ? 1 : 0) ^ (first_seen ? 0 : 1)];
+        return add_edge(s, disk, penumbra, index, ends[0], ends[1], p, object);
+    }
+    /* No inside: each tangent plane that leaves all faces on one side. */
+    uint32_t corners[2] = {third_corner(o, edge->first, edge->a, edge->b), MESH_NONE};
+    if (edge->second != MESH_NONE)
+        corners[1] = third_corner(o, edge->second, edge->a, edge->b);
+    for (int k = 0; k < 2; k++) {
+        double sides[2] = {side(points[k], ends[0], ends[1], vertex(o, disk, corners[0])), 0};
+        sides[1] = corners[1] == MESH_NONE
+                       ? sides[0]
+                       : side(points[k], ends[0], ends[1], vertex(o, disk, corners[1]));
+        if (sides[0] * sides[1] <= 0)
+            continue;
+        bool swap = sides[0] > 0, is_umbra = (k == 0) != swap;
+        const uint32_t directed[2] = {index[swap], index[!swap]};
+        if (is_umbra == penumbra)
+            continue;
+        if (!add_edge(s, disk, penumbra, directed, ends[swap], ends[!swap], points[k], object))
+            return false;
+    }
+    return true;
+}
+
+/* The arc from one extrusion point to the next as triangles around it. */
+static bool add_fan(struct dbuffer_volumes *s, bool penumbra, double radius, vec3 v,
+                    const double from[2], double turn, float object)
+{
+    int count = (int)ceil(fabs(turn) / ARC_STEP);
+    double step = turn / count, start = atan2(from[1], from[0]);
+    double out = radius / cos(step / 2), last[2] = {from[0], from[1]};
+    for (int i = 0; i <= count; i++) {
+        double angle = start + (i == count ? turn : (i + 0.5) * step);
+        double p[2] = {(i == count ? radius : out) * cos(angle),
+                       (i == count ? radius : out) * sin(angle)};
+        if (!add_piece(s, penumbra, v, v, last, p, object))
+            return false;
+        last[0] = p[0], last[1] = p[1];
+    }
+    return true;
+}
+
+/* Joins the quads of neighbouring edges where they part. */
+static bool add_fans(struct dbuffer_volumes *s, const struct gl_occluders *o, bool penumbra,
+                     double radius)
+{
+    if (!memory_reserve(s->context, (void **)&s->heads, &s->head_capacity, 0, o->vertex_count,
+                        sizeof(*s->heads)))
+        return false;
+    memset(s->heads, 0xff, o->vertex_count * sizeof(*s->heads));
+    for (size_t i = 0; i < s->link_count; i++) {
+        uint32_t *head = &s->heads[s->links[i].vertex[0]];
+        s->links[i].next_out = *head;
+        *head = (uint32_t)i;
+    }
+    for (size_t i = 0; i < s->link_count; i++) {
+        const struct dbuffer_link *in = &s->links[i];
+        struct dbuffer_link *best = NULL;
+        double best_turn = 0;
+        if (in->cut[1])
+            continue;
+        /* Of several edges that leave this vertex, the one that turns least. */
+        for (uint32_t k = s->heads[in->vertex[1]]; k != MESH_NONE; k = s->links[k].next_out) {
+            struct dbuffer_link *out = &s->links[k];
+            if (out->taken || out->cut[0] || out->object != in->object)
+                continue;
+            double turn = atan2(in->p[0] * out->p[1] - in->p[1] * out->p[0],
+                                in->p[0] * out->p[0] + in->p[1] * out->p[1]);
+            if (!best || fabs(turn) < fabs(best_turn)) {
+                best = out;
+                best_turn = turn;
+            }
+        }
+        if (!best)
+            continue;
+        best->taken = true;
+        /* The solid is on the left, so an outline seen from the light along +z turns clockwise
+         * in (x, y) around what is convex. */
+        if (fabs(best_turn) > M_PI - 1e-6)
+            best_turn = penumbra ? -M_PI : M_PI;
+        bool parted = (best_turn < 0) == penumbra;
+        if (fabs(best_turn) > 1e-9 && parted &&
+            !add_fan(s, penumbra, radius, in->ends[1], in->p, best_turn, in->object))
+            return false;
+    }
+    return true;
+}
+
+/* How far the light's centre lies over a face's plane. */
+static double height_over(const struct gl_occluders *o, const struct silhouette_disk *disk,
+                          uint32_t triangle)
+{
+    const float *plane = o->planes + 4 * (size_t)triangle;
+    return v3_dot(v3_loadf(plane), disk->center) + plane[3];
+}
+
+/* Up the slope from face to face, to the edge where the centre comes to see them. */
+static const struct gl_edge *find_outline(const struct dbuffer_volumes *s,
+                                          const struct gl_occluders *o,
+                                          const struct silhouette_disk *disk, uint32_t triangle)
+{
+    double height = height_over(o, disk, triangle);
+    uint32_t came = MESH_NONE;
+    for (int step = 0; step < 16; step++) {
+        uint32_t best_edge = MESH_NONE, best = MESH_NONE;
+        double best_height = -HUGE_VAL;
+        for (int i = 0; i < 3; i++) {
+            uint32_t e = s->across[3 * (size_t)triangle + i];
+            if (e == MESH_NONE || e == came)
+                continue;
+            const struct gl_edge *edge = &o->edges[e];
+            uint32_t other = edge->first == triangle ? edge->second : edge->first;
+            double h = other == MESH_NONE ? -HUGE_VAL : height_over(o, disk, other);
+            /* By slope, so that large faces far away do not win by size: normals are of length 1.
+             */
+            if (other != MESH_NONE && h > best_height) {
+                best_height = h;
+                best = other;
+                best_edge = e;
+            }
+        }
+        if (best_edge == MESH_NONE)
+            return NULL;
+        if (best_height > 0)
+            return &o->edges[best_edge];
+        if (best_height < height - 1e-9)
+            return NULL;
+        triangle = best;
+        height = best_height;
+        came = best_edge;
+    }
+    return NULL;
+}
+
+static bool add_faces(struct dbuffer_volumes *s, const struct gl_occluders *o,
+                      const struct silhouette_disk *disk)
+{
+    if (!memory_reserve(s->context, (void **)&s->across, &s->across_capacity, 0,
+                        3 * o->triangle_count, sizeof(*s->across)))
+        return false;
+    memset(s->across, 0xff, 3 * o->triangle_count * sizeof(*s->across));
+    for (size_t e = 0; e < o->edge_count; e++)
+        for (int k = 0; k < 2; k++) {
+            uint32_t t = k ? o->edges[e].second : o->edges[e].first;
+            for (int i = 0; i < 3 && t != MESH_NONE; i++)
+                if (s->across[3 * (size_t)t + i] == MESH_NONE) {
+                    s->across[3 * (size_t)t + i] = (uint32_t)e;
+                    break;
+                }
+        }
+    for (size_t k = 0; k < o->object_count; k++) {
+        const struct gl_occluder *object = &o->objects[k];
+        if (!object->closed)
+            continue;
+        for (size_t t = object->first_index / 3;
+             t < (object->first_index + object->index_count) / 3; t++) {
+            if (s->facing[t] != SILHOUETTE_FACE || height_over(o, disk, (uint32_t)t) > 0)
+                continue;
+            const struct gl_edge *edge = find_outline(s, o, disk, (uint32_t)t);
+            vec3 a = {0}, b = {0};
+            double points[2][2];
+            if (edge) {
+                a = vertex(o, disk, edge->a), b = vertex(o, disk, edge->b);
+                if (!silhouette_disk_tangents(disk->radius, a, b, points))
+                    edge = NULL;
+            }
+            bool first_seen = edge && height_over(o, disk, edge->first) > 0;
+            if (!memory_reserve(s->context, (void **)&s->faces, &s->face_capacity, s->face_count, 1,
+                                sizeof(*s->faces)))
+                return false;
+            struct dbuffer_face *face = &s->faces[s->face_count++];
+            for (int i = 0; i < 3; i++)
+                v3_storef(face->corners[i], vertex(o, disk, o->indices[3 * t + (size_t)i]));
+            v3_storef(face->v1, a);
+            v3_storef(face->v2, b);
+            for (int i = 0; i < 2; i++)
+                face->p[i] = edge ? (float)points[first_seen ? 0 : 1][i] : 0;
+            face->object = (float)(k + 1);
+        }
+    }
+    return true;
+}
+
+pnb_status dbuffer_volumes_build(struct dbuffer_volumes *s, const struct gl_occluders *o,
+                                 const struct silhouette_disk *disk)
+{
+    s->umbra_count = s->penumbra_count = s->face_count = 0;
+    s->umbra_edges = s->penumbra_edges = s->skipped_edges = s->concave_edges = 0;
+    if (!memory_reserve(s->context, (void **)&s->facing, &s->facing_capacity, 0, o->triangle_count,
+                        1))
+        return status_no_memory(s->context, o->triangle_count);
+
+    /* Classify the faces. */
+    for (size_t t = 0; t < o->triangle_count; t++) {
+        s->facing[t] = (uint8_t)silhouette_disk_facing(disk, o->planes + 4 * t);
+    }
+    if (!add_faces(s, o, disk))
+        return status_no_memory(s->context, 0);
+
+    /* Each volume in its turn: quads, then fans between them. */
+    for (int penumbra = 0; penumbra < 2; penumbra++) {
+        uint8_t mark = penumbra ? SILHOUETTE_ALL_FRONTFACING : SILHOUETTE_NONE_FRONTFACING;
+        s->link_count = 0;
+        for (size_t k = 0; k < o->object_count; k++) {
+            const struct gl_occluder *object = &o->objects[k];
+            for (size_t i = 0; i < object->edge_count; i++) {
+                const struct gl_edge *edge = &o->edges[object->first_edge + i];
+                bool plain = object->closed;
+                if (object->closed) {
+                    plain = (s->facing[edge->first] == mark) != (s->facing[edge->second] == mark);
+                    if (!plain && (s->facing[edge->first] != SILHOUETTE_FACE ||
+                                   s->facing[edge->second] != SILHOUETTE_FACE))
+                        continue;
+                    const float *plane = o->planes + 4 * (size_t)edge->first;
+                    vec3 a = v3_loadf(o->positions + 3 * (size_t)edge->a);
+                    uint32_t other = third_corner(o, edge->second, edge->a, edge->b);
+                    vec3 to = v3_sub(v3_loadf(o->positions + 3 * (size_t)other), a);
+                    if (v3_dot(v3_loadf(plane), to) > FLAT * v3_length(to)) {
+                        s->concave_edges++;
+                        continue;
+                    }
+                }
+                if (!add_tangents(s, o, disk, edge, plain, (float)(k + 1), penumbra))
+                    return status_no_memory(s->context, 0);
+            }
+        }
+        if (!add_fans(s, o, penumbra, disk->radius))
+            return status_no_memory(s->context, 0);
+    }
+    return PNB_OK;
+}
