@@ -461,6 +461,20 @@ static pnb_status part_rings(struct shadow_builder *b, double share)
     return status;
 }
 
+pnb_status shadow_outlines(struct shadow_builder *b, struct shadow_plane *plane,
+                           const struct light_shape *shape, const vec3 *samples, size_t count)
+{
+    struct grid grid = {plane->center[0], plane->center[1], plane->scale,
+                        (PLANAR_LIMIT - 16) / plane->scale};
+    pnb_status status = PNB_OK;
+    b->levels.point_count = b->levels.segment_count = 0;
+    for (size_t k = 0; k < count && !status; k += SILHOUETTE_SAMPLES_MAX)
+        status =
+            add_outlines(b, plane, shape, &grid, samples + k,
+                         count - k < SILHOUETTE_SAMPLES_MAX ? count - k : SILHOUETTE_SAMPLES_MAX);
+    return status;
+}
+
 pnb_status shadow_build(struct shadow_builder *b, struct shadow_plane *plane,
                         const struct light_shape *shape, const struct shadow_cluster *cluster,
                         const struct shadow_settings *settings, struct shadow_part *part)

@@ -48,65 +48,113 @@ static void fix_between(struct tiling *m, const uint32_t *tiles, int count, uint
         }
 }
 
-static bool remove_vertex(struct tiling *m, uint32_t v, double limit)
+/* What a plan makes of a point that it holds. */
+static double plan_at(const struct tiling *m, const struct tiling_plan *p, struct planar_point q)
+{
+    struct planar_point c[3];
+    double value = 0, w[3];
+    for (int k = 0; k < 3; k++)
+        c[k] = m->vertices[p->v[k]].p;
+    for (int k = 0; k < 3; k++) {
+        w[k] = (double)planar_orient(c[(k + 1) % 3], c[(k + 2) % 3], q);
+        if (w[k] < 0)
+            return NAN;
+        value += w[k] * m->vertices[p->v[k]].value;
+    }
+    return value / (w[0] + w[1] + w[2]);
+}
+
+/* The patch's triangles when v is drawn onto the j-th of its ring; their number, 0: it cannot be.
+ */
+static int draw_onto(const struct tiling *m, const uint32_t *ring, const uint32_t *tiles, int n,
+                     int j, double thinnest, struct tiling_plan *plans)
+{
+    int count = 0;
+    for (int i = 0; i < n; i++) {
+        if (i == j || (i + 1) % n == j)
+            continue;
+        struct tiling_plan *p = &plans[count++];
+        *p = (struct tiling_plan){
+            {ring[j], ring[i], ring[(i + 1) % n]}, m->tiles[tiles[i]].inside, {0}, 0, 0};
+        if (planar_orient(m->vertices[p->v[0]].p, m->vertices[p->v[1]].p, m->vertices[p->v[2]].p) <=
+            0)
+            return 0;
+        double height = tiling_height2(m, p->v);
+        if (height < m->thin2 && height < thinnest)
+            return 0;
+    }
+    return count;
+}
+
+/* Takes v out if that is possible with no error above `limit`. Notes in v->need the least error
+ * with which it could go (above `most`: just that). */
+static bool remove_vertex(struct tiling *m, uint32_t v, double limit, double most)
 {
     uint32_t tiles[TILING_STAR_MAX], ring[TILING_STAR_MAX];
     int corners[TILING_STAR_MAX], n = tiling_star(m, v, tiles, corners), ends[2] = {-1, -1};
     struct tiling_vertex *vertex = &m->vertices[v];
-    bool tried = true;
-    if (n < 3)
-        return false;
+    bool changed = false;
     double thinnest = INFINITY;
     for (int i = 0; i < n; i++) {
         const struct tiling_tile *t = &m->tiles[tiles[i]];
         ring[i] = t->v[(corners[i] + 1) % 3];
-        tried &= t->tried;
+        changed |= !(t->seen >> corners[i] & 1);
         thinnest = fmin(thinnest, tiling_height2(m, t->v));
     }
-    if (tried || (vertex->jump && !along_line(m, ring, tiles, corners, n, v, ends)))
+    if (n < 3 || (!changed && vertex->need > limit))
+        return false;
+    for (int i = 0; i < n; i++)
+        m->tiles[tiles[i]].seen |= (uint8_t)(1 << corners[i]);
+    vertex->need = INFINITY;
+    if (vertex->jump && !along_line(m, ring, tiles, corners, n, v, ends))
         return false;
     bool sample = !vertex->jump && !m->tiles[tiles[0]].inside;
-    if (sample)
-        tiling_add_sample(m, vertex->p, vertex->truth, tiles[0]);
-    uint32_t own = m->tiles[tiles[0]].first;
-    tiling_gather(m, tiles, n);
+    bool gathered = false;
+    uint32_t own = PLANAR_NONE;
     struct tiling_plan plans[TILING_STAR_MAX], best[TILING_STAR_MAX];
     double best_cost = INFINITY;
-    int best_end = 0;
     for (int j = 0; j < n && !m->no_memory; j++) {
         if (vertex->jump && j != ends[0] && j != ends[1])
             continue;
-        int count = 0;
-        bool good = true;
-        for (int i = 0; i < n && good; i++) {
-            if (i == j || (i + 1) % n == j)
-                continue;
-            struct tiling_plan *p = &plans[count++];
-            *p = (struct tiling_plan){
-                {ring[j], ring[i], ring[(i + 1) % n]}, m->tiles[tiles[i]].inside, {0}, 0, 0};
-            double height = planar_orient(m->vertices[p->v[0]].p, m->vertices[p->v[1]].p,
-                                          m->vertices[p->v[2]].p) > 0
-                                ? tiling_height2(m, p->v)
-                                : 0;
-            good = height > 0 && (height >= m->thin2 || height >= thinnest);
+        int count = draw_onto(m, ring, tiles, n, j, thinnest, plans);
+        if (count == 0)
+            continue;
+        /* The vertex itself is where it mostly fails. */
+        bool good = true, jumps = m->vertices[ring[j]].jump;
+        for (int i = 0; i < n; i++)
+            jumps |= m->vertices[ring[i]].jump;
+        for (int i = 0; i < count && sample && !jumps; i++) {
+            double value = plan_at(m, &plans[i], vertex->p);
+            if (!isnan(value)) {
+                good = fabs(value - vertex->truth) <= most;
+                break;
+            }
         }
         if (!good)
             continue;
+        if (!gathered) {
+            if (sample) {
+                tiling_add_sample(m, vertex->p, vertex->truth, tiles[0]);
+                own = m->tiles[tiles[0]].first;
+            }
+            tiling_gather(m, tiles, n);
+            gathered = true;
+        }
         tiling_plan(m, plans, count);
-        double cost = 0;
+        double cost = 0, worst = 0;
         for (int i = 0; i < count; i++) {
             cost += plans[i].cost;
-            good &= plans[i].error <= limit;
+            worst = fmax(worst, plans[i].error);
         }
-        if (good && cost < best_cost) {
+        vertex->need = (float)fmin(vertex->need, worst);
+        if (worst <= limit && cost < best_cost) {
             best_cost = cost;
-            best_end = j;
             for (int i = 0; i < count; i++)
                 best[i] = plans[i];
         }
     }
     if (best_cost == INFINITY || m->no_memory) {
-        if (sample)
+        if (own != PLANAR_NONE)
             tiling_drop_sample(m, tiles[0], own);
         return false;
     }
@@ -115,10 +163,9 @@ static bool remove_vertex(struct tiling *m, uint32_t v, double limit)
     tiling_replace(m, tiles, n, best, n - 2);
     if (vertex->jump)
         fix_between(m, tiles, n - 2, ring[ends[0]], ring[ends[1]]);
-    m->vertices[v].tile = PLANAR_NONE;
+    vertex->tile = PLANAR_NONE;
     for (int i = 0; i < n - 2; i++)
         tiling_push_tile(m, tiles[i]);
-    (void)best_end;
     return true;
 }
 
@@ -126,23 +173,13 @@ size_t tiling_decimate(struct tiling *m, double limit)
 {
     static const double shares[] = {0.25, 0.5, 0.75, 1, 1};
     size_t removed = 0;
-    for (size_t pass = 0; pass < sizeof(shares) / sizeof(shares[0]); pass++) {
-        for (uint32_t i = 0; i < m->tile_count; i++)
-            m->tiles[i].tried = false;
-        for (int again = 0; again < 3; again++) {
-            size_t before = removed;
-            for (uint32_t v = 0; v < m->vertex_count && !m->no_memory; v++)
-                if (!m->vertices[v].border && m->vertices[v].tile != PLANAR_NONE &&
-                    remove_vertex(m, v, shares[pass] * limit)) {
-                    removed++;
-                    tiling_exchange(m);
-                }
-            for (uint32_t i = 0; i < m->tile_count; i++)
-                m->tiles[i].tried = true;
-            if (removed - before < m->vertex_count / 100)
-                break;
-        }
-    }
+    for (size_t pass = 0; pass < sizeof(shares) / sizeof(shares[0]); pass++)
+        for (uint32_t v = 0; v < m->vertex_count && !m->no_memory; v++)
+            if (!m->vertices[v].border && m->vertices[v].tile != PLANAR_NONE &&
+                remove_vertex(m, v, shares[pass] * limit, limit)) {
+                removed++;
+                tiling_exchange(m);
+            }
     return removed;
 }
 

@@ -9,18 +9,6 @@
 #define FOOT_HEIGHT 2.0 /* lifts above the plane: where a foot's outline is taken */
 #define GRID_START  16  /* cells along the longer side at the beginning */
 
-bool reach_in_foot(const struct reach_foot *foot, double x, double y)
-{
-    bool in = false;
-    for (size_t i = 0; i < foot->count; i++) {
-        struct planar_point a = foot->ends[2 * i], b = foot->ends[2 * i + 1];
-        if ((a.y > y) != (b.y > y) &&
-            x < a.x + (y - a.y) / ((double)b.y - a.y) * ((double)b.x - a.x))
-            in = !in;
-    }
-    return in;
-}
-
 pnb_status reach_find_foot(struct shadow_builder *b, const struct shadow_plane *plane,
                            const struct reach *region, struct reach_foot *foot)
 {
@@ -66,8 +54,9 @@ pnb_status reach_find_foot(struct shadow_builder *b, const struct shadow_plane *
             status = status_no_memory(b->context, 0);
             break;
         }
-        foot->ends[2 * foot->count] = r.points[e->left];
-        foot->ends[2 * foot->count++ + 1] = r.points[e->right];
+        bool below = e->below != 0; /* inside on the right */
+        foot->ends[2 * foot->count] = r.points[below ? e->left : e->right];
+        foot->ends[2 * foot->count++ + 1] = r.points[below ? e->right : e->left];
     }
     silhouette_outline_finish(b->context, &outline);
     planar_input_finish(b->context, &in);
@@ -82,7 +71,7 @@ static struct planar_point on_grid(const struct shadow_plane *plane, const doubl
 
 /* The part of the receiver's box behind a one-sided light's plane. */
 static void find_dark_side(const struct shadow_plane *plane, const struct light_shape *shape,
-                           struct reach *r)
+                           double lift, struct reach *r)
 {
     pnb_light_type type = shape->light.type;
     if (type != PNB_LIGHT_RECTANGLE && type != PNB_LIGHT_DISK && type != PNB_LIGHT_POLYGON)
@@ -97,7 +86,8 @@ static void find_dark_side(const struct shadow_plane *plane, const struct light_
                            {plane->lo[0], plane->hi[1]}};
     double s[4];
     for (int i = 0; i < 4; i++)
-        s[i] = n.x * (corner[i][0] - l.x) + n.y * (corner[i][1] - l.y) - n.z * l.z;
+        s[i] = n.x * (corner[i][0] - l.x) + n.y * (corner[i][1] - l.y) - n.z * l.z +
+               fmin(0, n.z * lift); /* receivers are lifted */
     for (int i = 0; i < 4; i++) {
         int j = (i + 1) % 4;
         if (s[i] <= 0)
@@ -112,7 +102,8 @@ static void find_dark_side(const struct shadow_plane *plane, const struct light_
 }
 
 bool reach_find_region(struct shadow_plane *plane, const struct shadow_cluster *clusters,
-                       size_t count, const struct light_shape *shape, double far, struct reach *r)
+                       size_t count, const struct light_shape *shape, double far, double lift,
+                       struct reach *r)
 {
     enum { per_cluster = 24 };
     double lo[2] = {INFINITY, INFINITY}, hi[2] = {-INFINITY, -INFINITY};
@@ -140,7 +131,7 @@ bool reach_find_region(struct shadow_plane *plane, const struct shadow_cluster *
             }
         }
     }
-    find_dark_side(plane, shape, r);
+    find_dark_side(plane, shape, lift, r);
     bool empty = false;
     for (int axis = 0; axis < 2; axis++) {
         /* 24 points of the border are not all of it. */

@@ -1,12 +1,12 @@
 /* method/planar/refine.c: a shadow mesh with a promised error.
  *
- * A triangulation of the part of the plane that the shadow can reach (tiling.c) starts as a plain
- * grid. Every triangle must have samples of the exact shadow all over: in each of its ninths at
- * least one. Where a sample is off by more than SAFETY x tolerance it becomes a vertex, diagonals
- * are exchanged, and the triangles that have changed are looked at again. In rounds: all that a
- * round asks about is one call for visibility, and samples stay with the triangles that come to
- * hold them. Then vertices that are not needed go (decimate.c), and what that has changed is looked
- * at again.
+ * A triangulation of the part of the plane that the shadow can reach (tiling.c) starts from the
+ * shadow's kinks or from a plain grid (kinks.c). Every triangle must have samples of the exact
+ * shadow all over: in each of its ninths at least one. Where a sample is off by more than SAFETY x
+ * tolerance it becomes a vertex, diagonals are exchanged, and the triangles that have changed are
+ * looked at again. In rounds: all that a round asks about is one call for visibility, and samples
+ * stay with the triangles that come to hold them. Then vertices that are not needed go
+ * (decimate.c), and what that has changed is looked at again.
  *
  * Where an occluder stands on the plane the shadow jumps along the line of contact. The outline of
  * its foot (its cross-section just above the plane) is kept as sides of the mesh; below the foot
@@ -21,16 +21,12 @@
 
 #include "method/planar/refine.h"
 
-#define SAFETY         0.85
-#define SMALLEST       (1.0 / 6000)
-#define CELLS          9 /* each triangle has a sample in each of its ninths */
-#define SAMPLES_LEAST  5 /* with fewer a triangle is not split: first more samples */
-#define ROUNDS_MAX     40
-#define TRIANGLES_MAX  400000
-#define DECIMATE_MAX    100000
-#define FOOT_EDGES_MAX 3000 /* more: no foot, the jump is refined like anything else */
-#define SEEDS          512  /* cells along the reach */
-#define SEEDS_CELL     8    /* corners of outlines that are looked at in each */
+#define SAFETY        0.85
+#define SMALLEST      (1.0 / 6000)
+#define CELLS         9 /* each triangle has a sample in each of its ninths */
+#define SAMPLES_LEAST 5 /* with fewer a triangle is not split: first more samples */
+#define ROUNDS_MAX    40
+#define TRIANGLES_MAX 400000
 
 struct wanted {
     struct planar_point p;
@@ -43,7 +39,6 @@ struct refining {
     const pnb_light *light;
     double tolerance, smallest; /* grid units */
     struct tiling *m;
-    struct reach_foot foot;
     struct wanted *wanted;
     float *found;
     uint32_t *order;
@@ -99,18 +94,11 @@ static pnb_status evaluate(struct refining *r)
     return status;
 }
 
-static double length2(struct planar_point a, struct planar_point b)
-{
-    double dx = (double)a.x - b.x, dy = (double)a.y - b.y;
-    return dx * dx + dy * dy;
-}
-
 static bool too_small(const struct refining *r, const struct tiling_tile *t)
 {
-    struct planar_point a = r->m->vertices[t->v[0]].p, b = r->m->vertices[t->v[1]].p,
-                        c = r->m->vertices[t->v[2]].p;
-    double longest = fmax(length2(a, b), fmax(length2(b, c), length2(c, a)));
-    return longest < r->smallest * r->smallest;
+    const struct tiling_vertex *v = r->m->vertices;
+    return (double)planar_orient(v[t->v[0]].p, v[t->v[1]].p, v[t->v[2]].p) <
+           r->smallest * r->smallest;
 }
 
 /* Which ninth of a triangle a point with weights w lies in. */
@@ -311,65 +299,34 @@ static pnb_status rounds(struct refining *r)
     return status;
 }
 
-/* The corners of the shadow's outlines seen from the light's corners: there the shadow's kinks have
- * theirs, and nothing thin is missed. */
-static pnb_status seed(struct refining *r, const struct reach *region,
-                       const struct shadow_cluster *clusters, size_t count, double far)
+/* The corners of all of the light, plane space. */
+static pnb_status light_corners(const struct refining *r, const struct shadow_cluster *clusters,
+                                size_t count, double far, vec3 **out, size_t *out_count)
 {
-    enum { corners_max = 16 };
-    struct tiling *m = r->m;
-    struct shadow_builder *b = r->b;
-    pnb_status status = PNB_OK;
-    uint8_t *seen = memory_calloc(b->context, (size_t)SEEDS * SEEDS, 1);
-    if (!seen)
-        return status_no_memory(b->context, (size_t)SEEDS * SEEDS);
-    double lo[2] = {region->shadow_lo.x, region->shadow_lo.y};
-    double size = fmax(region->shadow_hi.x - lo[0], region->shadow_hi.y - lo[1]);
-    uint32_t at = 0;
-    r->wanted_count = 0;
-    for (size_t c = 0; c < count && !status; c++) {
-        vec3 samples[corners_max];
-        int n = shadow_corners(&clusters[c], r->plane->frame.origin, far, corners_max, samples);
-        for (int k = 0; k < n; k++) {
-            samples[k] = silhouette_to_plane(&r->plane->frame, samples[k]);
-            b->outlines[k].point_count = b->outlines[k].segment_count = 0;
-        }
-        for (size_t i = 0; i < r->plane->occluder_count && !status; i++)
-            status = silhouette_from_points(b->context, &r->plane->occluders[i], samples, (size_t)n,
-                                            b->outlines);
-        for (int k = 0; k < n && !status; k++) {
-            const struct silhouette_outline *o = &b->outlines[k];
-            for (size_t i = 0; i < o->point_count && !status; i++) {
-                double gx = (o->points[2 * i] - r->plane->center[0]) * r->plane->scale,
-                       gy = (o->points[2 * i + 1] - r->plane->center[1]) * r->plane->scale;
-                double cx = (gx - lo[0]) / size * SEEDS, cy = (gy - lo[1]) / size * SEEDS;
-                if (!(cx >= 0 && cy >= 0 && cx < SEEDS && cy < SEEDS) ||
-                    seen[(size_t)cy * SEEDS + (size_t)cx] >= SEEDS_CELL)
-                    continue;
-                seen[(size_t)cy * SEEDS + (size_t)cx]++;
-                struct planar_point g = {(int32_t)gx, (int32_t)gy};
-                uint32_t t = tiling_find(m, g, at);
-                if (t == PLANAR_NONE)
-                    continue;
-                at = t;
-                if (!m->tiles[t].inside)
-                    status = want(r, g, t);
-            }
+    enum { per_cluster = 16 };
+    vec3 *corners = memory_alloc(r->b->context, per_cluster * count, sizeof(*corners));
+    *out = corners;
+    *out_count = 0;
+    if (!corners)
+        return status_no_memory(r->b->context, per_cluster * count * sizeof(*corners));
+    for (size_t c = 0; c < count; c++) {
+        vec3 p[per_cluster];
+        int n = shadow_corners(&clusters[c], r->plane->frame.origin, far, per_cluster, p);
+        for (int i = 0; i < n; i++) {
+            vec3 q = silhouette_to_plane(&r->plane->frame, p[i]);
+            bool known = false; /* pieces of a polygon share corners */
+            for (size_t k = 0; k < *out_count; k++)
+                known |= corners[k].x == q.x && corners[k].y == q.y && corners[k].z == q.z;
+            if (!known)
+                corners[(*out_count)++] = q;
         }
     }
-    memory_free(b->context, seen);
-    if (!status)
-        status = evaluate(r);
-    if (!status)
-        deal(r);
-    return status;
+    return PNB_OK;
 }
 
-/* A grid over the reach, feet as fixed sides, values. */
-static pnb_status start(struct refining *r, const struct reach *region)
+static void add_grid(struct refining *r, const struct reach *region)
 {
     struct tiling *m = r->m;
-    tiling_start(m, region->lo, region->hi);
     double w = (double)region->shadow_hi.x - region->shadow_lo.x,
            h = (double)region->shadow_hi.y - region->shadow_lo.y;
     int cells = region->start;
@@ -386,31 +343,32 @@ static pnb_status start(struct refining *r, const struct reach *region)
             tiling_insert(m, p, 0, at = t);
             tiling_exchange(m);
         }
-    for (size_t i = 0; i < r->foot.count; i++) {
-        uint32_t ends[2];
-        for (int k = 0; k < 2; k++) {
-            struct planar_point p = r->foot.ends[2 * i + k];
-            uint32_t t = tiling_find(m, p, at);
-            ends[k] = t == PLANAR_NONE ? t : tiling_insert(m, p, 1, at = t);
-            if (ends[k] != PLANAR_NONE)
-                m->vertices[ends[k]].jump = true;
-            tiling_exchange(m);
-        }
-        tiling_force_edge(m, ends[0], ends[1], 0);
-    }
-    for (uint32_t i = 0; i < m->tile_count && r->foot.count > 0; i++) {
-        const uint32_t *v = m->tiles[i].v;
-        double x = 0, y = 0;
-        for (int k = 0; k < 3; k++) {
-            x += m->vertices[v[k]].p.x / 3.0;
-            y += m->vertices[v[k]].p.y / 3.0;
-        }
-        m->tiles[i].inside = reach_in_foot(&r->foot, x, y);
-    }
+}
+
+static pnb_status start(struct refining *r, const struct reach *region,
+                        const struct light_shape *shape, const struct shadow_cluster *clusters,
+                        size_t cluster_count, double far)
+{
+    struct tiling *m = r->m;
+    struct reach_foot foot = {0};
+    vec3 *corners = NULL;
+    size_t corner_count = 0;
+    bool kinks = false;
+    pnb_status status = reach_find_foot(r->b, r->plane, region, &foot);
+    if (!status)
+        status = light_corners(r, clusters, cluster_count, far, &corners, &corner_count);
+    if (!status)
+        status =
+            kinks_start(r->b, r->plane, shape, corners, corner_count, region, &foot, m, &kinks);
+    memory_free(r->b->context, foot.ends);
+    memory_free(r->b->context, corners);
+    for (uint32_t i = 0; i < m->tile_count && !status; i++)
+        tiling_measure(m, i);
+    if (!status && !kinks)
+        add_grid(r, region);
     if (m->no_memory)
         return status_no_memory(m->context, 0);
     r->wanted_count = 0;
-    pnb_status status = PNB_OK;
     for (uint32_t v = 0; v < m->vertex_count && !status; v++)
         status = want(r, m->vertices[v].p, PLANAR_NONE);
     if (!status)
@@ -428,13 +386,11 @@ static pnb_status refine(struct refining *r)
 {
     double limit = SAFETY * r->tolerance;
     pnb_status status = rounds(r);
-    if (r->m->tile_count > DECIMATE_MAX)
-        return status;
     for (int i = 0; i < 2 && !status; i++) {
-        for (int k = 0; k < 3; k++)
+        for (int k = 0; k < 2 && i == 0; k++)
             tiling_fit(r->m, limit);
         tiling_decimate(r->m, limit);
-        for (int k = 0; k < 3; k++)
+        for (int k = 0; k < 2 - i; k++)
             tiling_fit(r->m, limit);
         status = rounds(r);
     }
@@ -487,24 +443,19 @@ pnb_status shadow_refine(struct shadow_builder *b, struct shadow_plane *plane,
         return status;
     status = shadow_clusters(context, &shape, &clusters, &cluster_count);
     double far = 1e6 * fmax(plane->hi[0] - plane->lo[0], plane->hi[1] - plane->lo[1]);
-    if (!status && reach_find_region(plane, clusters, cluster_count, &shape, far, &region)) {
+    if (!status && reach_find_region(plane, clusters, cluster_count, &shape, far,
+                                     scene_receiver_lift(b->scene), &region)) {
         r.smallest = SMALLEST * fmax((double)region.shadow_hi.x - region.shadow_lo.x,
                                      (double)region.shadow_hi.y - region.shadow_lo.y);
-        mesh.thin2 = r.smallest * r.smallest / 16;
-        status = reach_find_foot(b, plane, &region, &r.foot);
-        if (r.foot.count > FOOT_EDGES_MAX)
-            r.foot.count = 0;
-        if (!status)
-            status = start(&r, &region);
-        if (!status)
-            status = seed(&r, &region, clusters, cluster_count, far);
+        mesh.thin2 = r.smallest * r.smallest / 4096;
+        status = start(&r, &region, &shape, clusters, cluster_count, far);
         if (!status)
             status = refine(&r);
         if (!status)
             status = copy_out(&mesh, plane, part);
     }
     tiling_finish(&mesh);
-    void *blocks[] = {r.wanted, r.found, r.order, r.foot.ends, clusters};
+    void *blocks[] = {r.wanted, r.found, r.order, clusters};
     for (size_t i = 0; i < sizeof(blocks) / sizeof(blocks[0]); i++)
         memory_free(context, blocks[i]);
     light_shape_finish(context, &shape);

@@ -17,6 +17,7 @@ struct tiling_vertex {
     struct planar_point p;
     float truth;   /* the exact shadow here */
     float value;   /* what is interpolated */
+    float need;    /* the error that taking it out would cost, when last tried */
     uint32_t tile; /* one of its triangles; PLANAR_NONE: the vertex is gone */
     bool jump;     /* on a line along which the shadow jumps: no value of its own */
     bool border;   /* of the meshed region */
@@ -33,7 +34,7 @@ struct tiling_tile {
     uint8_t fixed;          /* bit k: side k lies on a line along which the shadow jumps */
     bool inside;            /* below a foot, where all is umbra */
     bool stale;             /* changed since its samples were looked at */
-    bool tried;             /* coarsening failed, and nothing has changed since */
+    uint8_t seen;           /* bit k: thinning has tried corner k, and nothing has changed since */
 };
 
 /* A triangle that may come to be. */
@@ -74,8 +75,6 @@ struct tiling {
 };
 
 void tiling_finish(struct tiling *m);
-/* Two triangles over a box. */
-void tiling_start(struct tiling *m, struct planar_point lo, struct planar_point hi);
 /* The triangle that holds p, walking from `from`; PLANAR_NONE outside. */
 uint32_t tiling_find(const struct tiling *m, struct planar_point p, uint32_t from);
 /* A new vertex in tile t, which holds p; its number, or that of the vertex that is there. */
@@ -90,8 +89,6 @@ void tiling_measure(struct tiling *m, uint32_t t);
 void tiling_push_tile(struct tiling *m, uint32_t t);
 /* Exchanges diagonals, beginning with those on the stack, until the sum of costs falls no more. */
 void tiling_exchange(struct tiling *m);
-/* Makes a-b an edge of the mesh, or a chain of edges through points put between them. */
-void tiling_force_edge(struct tiling *m, uint32_t a, uint32_t b, int depth);
 /* The triangles around v in turn, all of them; 0: more than TILING_STAR_MAX, or v on the border. */
 int tiling_star(const struct tiling *m, uint32_t v, uint32_t *tiles, int *corners);
 /* Samples of tiles to m->gathered; measures plans (of one patch) against them; replaces the patch.
@@ -119,15 +116,22 @@ struct reach {
 
 /* The outlines of what stands on the plane. */
 struct reach_foot {
-    struct planar_point *ends; /* two per edge */
+    struct planar_point *ends; /* two per edge, the foot on its right */
     size_t count, capacity;
 };
 
-bool reach_in_foot(const struct reach_foot *foot, double x, double y);
 pnb_status reach_find_foot(struct shadow_builder *b, const struct shadow_plane *plane,
                            const struct reach *region, struct reach_foot *foot);
 /* False: no shadow can fall on the receiver. */
 bool reach_find_region(struct shadow_plane *plane, const struct shadow_cluster *clusters,
-                       size_t count, const struct light_shape *shape, double far, struct reach *r);
+                       size_t count, const struct light_shape *shape, double far, double lift,
+                       struct reach *r);
+
+/* kinks.c: the first mesh, values not yet known. out_kinks: it has the shadow's kinks, no grid is
+ * needed. corners: of the light, plane space. */
+pnb_status kinks_start(struct shadow_builder *b, struct shadow_plane *plane,
+                       const struct light_shape *shape, const vec3 *corners, size_t corner_count,
+                       const struct reach *region, const struct reach_foot *foot, struct tiling *m,
+                       bool *out_kinks);
 
 #endif

@@ -140,6 +140,9 @@ vec3 shadow_light_middle(const struct light_shape *shape, vec3 around, double fa
 pnb_status shadow_build(struct shadow_builder *builder, struct shadow_plane *plane,
                         const struct light_shape *shape, const struct shadow_cluster *cluster,
                         const struct shadow_settings *settings, struct shadow_part *part);
+/* The hard outlines of the shadows of single points (plane space), into builder->levels. */
+pnb_status shadow_outlines(struct shadow_builder *builder, struct shadow_plane *plane,
+                           const struct light_shape *shape, const vec3 *samples, size_t count);
 void shadow_part_finish(pnb_context *context, struct shadow_part *part);
 /* Visibility of the light at points of the plane (x, y in plane space), by the best method there
  * is.

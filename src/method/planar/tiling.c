@@ -228,6 +228,7 @@ void tiling_measure(struct tiling *m, uint32_t t)
         tile->value[k] = p.value[k];
     tile->error = p.error;
     tile->cost = (float)p.cost;
+    tile->seen = 0;
 }
 
 void tiling_replace(struct tiling *m, const uint32_t *old, int old_count,
@@ -362,27 +363,6 @@ void tiling_exchange(struct tiling *m)
 {
     while (m->stack_count > 0 && !m->no_memory)
         exchange(m, m->stack[--m->stack_count]);
-}
-
-void tiling_start(struct tiling *m, struct planar_point lo, struct planar_point hi)
-{
-    struct planar_point corners[4] = {lo, {hi.x, lo.y}, hi, {lo.x, hi.y}};
-    for (int i = 0; i < 4 && room(m); i++)
-        m->vertices[m->vertex_count++] =
-            (struct tiling_vertex){.p = corners[i], .tile = 0, .border = true};
-    if (!room(m))
-        return;
-    for (uint32_t i = 0; i < 2; i++)
-        m->tiles[i] = (struct tiling_tile){.v = {0, i + 1, i + 2},
-                                           .near = {PLANAR_NONE, PLANAR_NONE, PLANAR_NONE},
-                                           .first = PLANAR_NONE,
-                                           .stale = true};
-    m->tiles[0].near[2] = 3;
-    m->tiles[1].near[0] = 2;
-    m->vertices[3].tile = 1;
-    m->tile_count = 2;
-    for (uint32_t i = 0; i < 2; i++)
-        tiling_measure(m, i);
 }
 
 uint32_t tiling_find(const struct tiling *m, struct planar_point p, uint32_t from)
@@ -560,43 +540,6 @@ int tiling_star(const struct tiling *m, uint32_t v, uint32_t *tiles, int *corner
         t = next / 3;
     } while (t != first);
     return count;
-}
-
-static void fix(struct tiling *m, uint32_t half)
-{
-    uint32_t other = m->tiles[half / 3].near[half % 3];
-    m->tiles[half / 3].fixed |= (uint8_t)(1 << half % 3);
-    if (other != PLANAR_NONE)
-        m->tiles[other / 3].fixed |= (uint8_t)(1 << other % 3);
-}
-
-void tiling_force_edge(struct tiling *m, uint32_t a, uint32_t b, int depth)
-{
-    if (a == PLANAR_NONE || b == PLANAR_NONE || a == b || m->no_memory)
-        return;
-    for (uint32_t i = 0; i < 3 * m->tile_count; i++) {
-        const uint32_t *v = m->tiles[i / 3].v;
-        if (v[0] == PLANAR_NONE)
-            continue;
-        if ((v[i % 3] == a && v[(i % 3 + 1) % 3] == b) ||
-            (v[i % 3] == b && v[(i % 3 + 1) % 3] == a)) {
-            fix(m, i);
-            return;
-        }
-    }
-    if (depth > 10)
-        return;
-    struct planar_point p = m->vertices[a].p, q = m->vertices[b].p;
-    struct planar_point middle = {(int32_t)floor(0.5 * ((double)p.x + q.x)),
-                                  (int32_t)floor(0.5 * ((double)p.y + q.y))};
-    uint32_t t = tiling_find(m, middle, m->vertices[a].tile);
-    uint32_t c = t == PLANAR_NONE ? t : tiling_insert(m, middle, 1, t);
-    if (c == PLANAR_NONE || c == a || c == b)
-        return;
-    m->vertices[c].jump = true;
-    tiling_exchange(m);
-    tiling_force_edge(m, a, c, depth + 1);
-    tiling_force_edge(m, c, b, depth + 1);
 }
 
 const char *tiling_validate(const struct tiling *m)
