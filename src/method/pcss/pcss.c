@@ -10,15 +10,20 @@
  *
  * A tap towards l at depth z crosses p + s (l - d), s = (d.z - z) / (d.z - l.z): in the paper's
  * parallel case that is the light's outline scaled by (z_receiver - z) / z, its w_penumbra and its
- * search region in one. Differs from the paper where that is to its advantage: taps lie on the
- * light's own shape (the paper: a square), low-discrepancy, in `patterns` sets that change from
- * pixel to pixel (1: one for all), and the depth test uses the receiver's own plane, so that the
- * wide filter needs no large bias.
+ * search region in one. The search is done `rounds` times, from the second on with z the mean depth
+ * that the one before it found (the paper: once). Differs from the paper where that is to its
+ * advantage: taps lie on the light's own shape (the paper: a square), low-discrepancy, in
+ * `patterns` sets that change from pixel to pixel (1: one for all), and the depth test uses the
+ * receiver's own plane, so that the wide filter needs no large bias.
+ *
+ * The defaults are the best of some thirty settings over the built-in scenes with an area light
+ * (160x120, against exact; mean RMSE 0.057; one round 0.075, bias 1 texel 0.058, search x 0.7 0.061
+ * with two rounds): more taps or texels change it by 0.001 to 0.004.
  *
  * Known failures, which are the method's: one depth per direction from one point of the light, so
  * what hides behind the nearest layer does not count, and the umbra of overlapping casters leaks;
  * blockers that no tap meets are missed. Cost: casters once per face of the map, and for each pixel
- * (blocker_taps + taps) fetches. Memory: 8 size^2 bytes, 28 with a cube (gl/depth_map.h).
+ * (rounds x blocker_taps + taps) fetches. Memory: 8 size^2 bytes, 28 with a cube (gl/depth_map.h).
  */
 #include "gl/depth_map.h"
 #include "method/opengl.h"
@@ -107,9 +112,11 @@ static pnb_status pcss_draw(pnb_solver *solver, struct opengl_state *state,
     *rest++ = gl_sampler("taps", pcss->taps);
     *rest++ = gl_int("filter_count", solver_param_integer(solver, "taps"));
     *rest++ = gl_int("blocker_count", solver_param_integer(solver, "blocker_taps"));
+    *rest++ = gl_int("rounds", solver_param_integer(solver, "rounds"));
     *rest++ = gl_float("bias", solver_param_number(solver, "bias"));
     *rest++ = gl_float("search", solver_param_number(solver, "search"));
     *rest++ = gl_float("nearest", pcss->map->nearest);
+    *rest++ = gl_float("near_share", solver_param_number(solver, "near"));
     gl_draw_cover(state->device, &draw);
     gl_target_destroy(target);
     solver_count(solver, "faces", pcss->map->face_count);
@@ -125,9 +132,13 @@ static const pnb_param_info params[] = {
     {"blocker_taps", PNB_PARAM_INTEGER, "32", 1, 1024, NULL, "of the search for blockers"},
     {"patterns", PNB_PARAM_INTEGER, "16", 1, 256, NULL,
      "sets of taps, changing from pixel to pixel (1: bands instead of noise)"},
-    {"bias", PNB_PARAM_NUMBER, "1", 0, 1000, NULL, "of the depth test, in texels"},
+    {"bias", PNB_PARAM_NUMBER, "2", 0, 1000, NULL, "of the depth test, in texels"},
     {"search", PNB_PARAM_NUMBER, "1", 0.01, 100, NULL,
      "radius of the search, in that of the light seen past the nearest caster"},
+    {"rounds", PNB_PARAM_INTEGER, "3", 1, 8, NULL,
+     "of the search; from the second on at the depth of the blockers found (1: the paper)"},
+    {"near", PNB_PARAM_NUMBER, "0.1", 0, 1, NULL,
+     "the nearest caster that the search allows for, share of the receiver's distance"},
 };
 
 const struct method method_pcss = {

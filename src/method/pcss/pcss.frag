@@ -3,10 +3,11 @@
 #include "gl/depth_map.glsl"
 
 uniform sampler2D taps; // points of the light, from its middle; a row is one set
-uniform int filter_count, blocker_count;
+uniform int filter_count, blocker_count, rounds;
 uniform float bias;
 uniform float search;  // scales the search region
 uniform float nearest; // distance of the nearest caster from the middle of the light
+uniform float near_share; // no nearer than this share of the receiver's own
 
 out float visibility;
 
@@ -69,19 +70,24 @@ void main()
     own_z = dot(d, axis);
     int row = pattern_here();
 
-    // Blockers: where rays to the light pass the depth of the nearest caster.
-    float sum = 0.0, count = 0.0, stored;
-    float search_z = min(nearest, own_z);
-    for (int i = 0; i < blocker_count; i++) {
-        vec3 l = texelFetch(taps, ivec2(i, row), 0).xyz;
-        if (blocked(crossing(d, axis, own_z, search_z, l, search), d, r.normal, stored)) {
-            sum += 1.0 / stored;
-            count += 1.0;
+    // Blockers: where rays to the light pass the depth of the nearest caster; in further rounds, of
+    // the mean blocker so far. A round that finds none leaves the last one's.
+    float stored, blocker_z = min(max(nearest, near_share * own_z), own_z);
+    for (int round = 0; round < rounds; round++) {
+        float sum = 0.0, count = 0.0;
+        for (int i = 0; i < blocker_count; i++) {
+            vec3 l = texelFetch(taps, ivec2(i, row), 0).xyz;
+            if (blocked(crossing(d, axis, own_z, blocker_z, l, search), d, r.normal, stored)) {
+                sum += 1.0 / stored;
+                count += 1.0;
+            }
         }
+        if (count == 0.0 && round == 0)
+            return;
+        if (count == 0.0)
+            break;
+        blocker_z = min(sum / count, own_z);
     }
-    if (count == 0.0)
-        return;
-    float blocker_z = min(sum / count, own_z);
 
     // The filter, as wide as the light is seen past the mean blocker.
     float seen = 0.0;
