@@ -34,7 +34,7 @@ struct result {
 };
 
 static int threads, width = 800, height = 600, truth_samples = 1024;
-static bool as_json, first_row = true;
+static bool as_json, opengl, first_row = true;
 
 static void die(pnb_context *context)
 {
@@ -78,12 +78,11 @@ static double counter(const pnb_solver_report *report, const char *name)
     return 0;
 }
 
-static struct result run(struct setting *s, const char *method, int samples, const char *key,
-                         const char *value, int rounds, float *out)
+static struct result run_with(struct setting *s, const char *method, int samples,
+                              const pnb_solver_param *params, size_t count, int rounds, float *out)
 {
     struct result result = {.ms = INFINITY};
-    pnb_solver_param param = {key, value};
-    pnb_solver_desc desc = {method, samples, &param, key ? 1 : 0};
+    pnb_solver_desc desc = {method, samples, params, count};
     pnb_solver *solver;
     pnb_solver_report report;
     if (pnb_solver_create(s->context, s->scene, &desc, &solver) != PNB_OK)
@@ -107,6 +106,12 @@ static struct result run(struct setting *s, const char *method, int samples, con
                                        &result.errors) != PNB_OK)
         die(s->context);
     return result;
+}
+
+static struct result run(struct setting *s, const char *method, int samples, const char *key,
+                         const char *value, int rounds, float *out)
+{
+    return run_with(s, method, samples, &(pnb_solver_param){key, value}, key ? 1 : 0, rounds, out);
 }
 
 static void row(const char *scene, const char *method, int k, const struct result *r)
@@ -140,6 +145,10 @@ static void scene_errors(const char *name, bool line)
     for (size_t i = 0; i < 3; i++) {
         r = run(&s, "line-map", ks[i], NULL, NULL, ROUNDS, s.visibility);
         row(name, "line-map", ks[i], &r);
+        if (opengl) {
+            r = run(&s, "line-map", ks[i], "path", "opengl", ROUNDS, s.visibility);
+            row(name, "line-map opengl", ks[i], &r);
+        }
         if (line) {
             r = run(&s, "line-map", ks[i], "transition", "linear", 1, s.visibility);
             row(name, "line-map linear", ks[i], &r);
@@ -241,7 +250,22 @@ static void fixed(const char *name, int k)
     setting_finish(&s);
 }
 
-static void rebuild(const char *name, int k)
+/* Whether there is a device for the OpenGL path. */
+static void find_opengl(void)
+{
+    struct setting s;
+    pnb_solver *solver;
+    setting_init(&s, "builtin:blocker");
+    pnb_solver_desc desc = {"line-map", 2, &(pnb_solver_param){"path", "opengl"}, 1};
+    opengl = pnb_solver_create(s.context, s.scene, &desc, &solver) == PNB_OK;
+    if (opengl)
+        pnb_solver_destroy(solver);
+    else
+        fprintf(stderr, "without the OpenGL path: %s\n", pnb_context_error(s.context));
+    setting_finish(&s);
+}
+
+static void rebuild(const char *name, int k, const char *where)
 {
     struct setting s;
     char path[80], size[16];
@@ -250,15 +274,18 @@ static void rebuild(const char *name, int k)
     for (int n = 256; n <= 4096; n *= 2) {
         snprintf(size, sizeof(size), "%d", n);
         memset(s.truth, 0, s.receivers.count * sizeof(float));
-        struct result r = run(&s, "line-map", k, "size", size, ROUNDS, s.visibility);
+        const pnb_solver_param params[2] = {{"size", size}, {"path", where}};
+        struct result r = run_with(&s, "line-map", k, params, 2, ROUNDS, s.visibility);
         if (as_json)
-            printf("%s\n{\"scene\": \"%s\", \"samples\": %d, \"size\": %d, \"map_ms\": %.2f, "
+            printf("%s\n{\"scene\": \"%s\", \"path\": \"%s\", \"samples\": %d, \"size\": %d, "
+                   "\"map_ms\": %.2f, "
                    "\"skin_ms\": %.2f, \"skins\": %.0f, \"skin_texels\": %.0f}",
-                   first_row ? "" : ",", name, k, n, r.map_ms, r.skin_ms, r.skins, r.texels);
+                   first_row ? "" : ",", name, where, k, n, r.map_ms, r.skin_ms, r.skins, r.texels);
         else
-            printf("%-16s k %d  %4d^2  maps %7.2f ms  channels %7.2f ms  %8.0f skins  %9.0f texels "
+            printf("%-16s %-6s k %d  %4d^2  maps %7.2f ms  channels %7.2f ms  %8.0f skins  %9.0f "
+                   "texels "
                    "of skin\n",
-                   name, k, n, r.map_ms, r.skin_ms, r.skins, r.texels);
+                   name, where, k, n, r.map_ms, r.skin_ms, r.skins, r.texels);
         fflush(stdout);
         first_row = false;
     }
@@ -303,6 +330,7 @@ int main(int argc, char **argv)
             return 2;
         }
     }
+    find_opengl();
     if (as_json)
         printf("{\"suite\": \"line-map\",");
     section("errors",
@@ -318,8 +346,12 @@ int main(int argc, char **argv)
         fixed("overlap", k);
     section("rebuild", "building maps and channels");
     if (!only) {
-        rebuild("blocker", 2);
-        rebuild("overlap", 3);
+        rebuild("blocker", 2, "cpu");
+        rebuild("overlap", 3, "cpu");
+        if (opengl) {
+            rebuild("blocker", 2, "opengl");
+            rebuild("overlap", 3, "opengl");
+        }
     }
     if (as_json)
         printf("]\n}\n");

@@ -30,6 +30,25 @@ static int teardown(void **state)
     return 0;
 }
 
+/* Both paths; on OpenGL where there is a device, which CI has. */
+static const char *const paths[] = {"cpu", "opengl"};
+static int path_count = 1;
+
+static void find_paths(void)
+{
+    pnb_scene *scene;
+    pnb_solver *solver;
+    assert_int_equal(scene_builtin(context, "blocker", &scene), PNB_OK);
+    pnb_solver_desc desc = {"line-map", 2, &(pnb_solver_param){"path", "opengl"}, 1};
+    pnb_status status = pnb_solver_create(context, scene, &desc, &solver);
+    path_count = status == PNB_OK ? 2 : 1;
+    if (status == PNB_OK)
+        pnb_solver_destroy(solver);
+    else if (getenv("CI"))
+        fail_msg("no OpenGL: %s", pnb_context_error(context));
+    pnb_scene_destroy(scene);
+}
+
 static void add_triangles(pnb_scene *scene, const float *corners, size_t count, bool casts)
 {
     uint32_t *indices = malloc(count * 12);
@@ -183,8 +202,9 @@ static void errors_stay_below_ceilings(void **state)
         {"tube-inside", 0.025, 0.02, 0.02, 0.02}, {"triangle-light", 0.2, 0.2, 0.2, 0},
     };
     enum { W = 240, H = 180 };
-    static float truth[W * H], v[W * H];
+    static float truth[W * H], both[2][W * H];
     static uint8_t mask[W * H];
+    find_paths();
     for (size_t k = 0; k < sizeof(cases) / sizeof(*cases); k++) {
         const struct ceiling *c = &cases[k];
         const double ceilings[4] = {c->two, c->three, c->five, c->automatic};
@@ -200,18 +220,29 @@ static void errors_stay_below_ceilings(void **state)
         assert_int_equal(ask(scene, "reference", 1024, NULL, 0, &light, &receivers, truth), PNB_OK);
         pnb_measure_facing(&light, &receivers, mask);
         for (int i = 0; i < 4; i++) {
-            pnb_solver_param param = {"samples", counts[i] ? "given" : "auto"};
             pnb_errors errors;
             if (ceilings[i] <= 0)
                 continue;
-            assert_int_equal(ask(scene, "line-map", counts[i], &param, 1, &light, &receivers, v),
-                             PNB_OK);
-            assert_int_equal(pnb_measure(context, v, truth, mask, W * H, &errors), PNB_OK);
-            print_message("%-16s k %d: RMSE %.4f, ceiling %.3f\n", c->scene, counts[i], errors.rmse,
-                          ceilings[i]);
-            if (!(errors.rmse <= ceilings[i]))
-                fail_msg("%s, %d samples: RMSE %.4f above %.3f", c->scene, counts[i], errors.rmse,
-                         ceilings[i]);
+            int on = counts[i] == 3 ? path_count : 1;
+            for (int path = 0; path < on; path++) {
+                const pnb_solver_param param[2] = {{"samples", counts[i] ? "given" : "auto"},
+                                                   {"path", paths[path]}};
+                float *v = both[path];
+                assert_int_equal(ask(scene, "line-map", counts[i], param, 2, &light, &receivers, v),
+                                 PNB_OK);
+                assert_int_equal(pnb_measure(context, v, truth, mask, W * H, &errors), PNB_OK);
+                print_message("%-16s k %d %s: RMSE %.4f, ceiling %.3f\n", c->scene, counts[i],
+                              paths[path], errors.rmse, ceilings[i]);
+                if (!(errors.rmse <= ceilings[i]))
+                    fail_msg("%s, %d samples, %s: RMSE %.4f above %.3f", c->scene, counts[i],
+                             paths[path], errors.rmse, ceilings[i]);
+            }
+            if (on < 2)
+                continue;
+            assert_int_equal(pnb_measure(context, both[1], both[0], mask, W * H, &errors), PNB_OK);
+            if (!(errors.rmse <= 0.01))
+                fail_msg("%s, %d samples: the paths differ by %.4f", c->scene, counts[i],
+                         errors.rmse);
         }
         pnb_surface_destroy(surface);
         pnb_scene_destroy(scene);
@@ -377,6 +408,55 @@ static void a_thousand_random_scenes(void **state)
     }
 }
 
+/* The same on OpenGL: one solver, whose triangles change. */
+static void a_thousand_random_scenes_on_opengl(void **state)
+{
+    enum { N = 64, TRIANGLES = 9 };
+    find_paths();
+    if (path_count < 2)
+        skip();
+    const pnb_camera camera = {{0, 0, 9}, {0, 0, 0}, {0, 1, 0}, 45};
+    float corners[2][9 * TRIANGLES];
+    pnb_scene *scene;
+    pnb_solver *solver;
+    assert_int_equal(pnb_scene_create(context, &scene), PNB_OK);
+    for (int object = 0; object < 2; object++) {
+        for (size_t i = 0; i < 3 * TRIANGLES; i++)
+            v3_storef(corners[object] + 3 * i, anywhere(false));
+        add_triangles(scene, corners[object], TRIANGLES, object == 0);
+    }
+    pnb_solver_desc desc = {"line-map", 3, (pnb_solver_param[]){{"path", "opengl"}, {"size", "24"}},
+                            2};
+    assert_int_equal(pnb_solver_create(context, scene, &desc, &solver), PNB_OK);
+    for (int k = 0; k < 1000; k++) {
+        bool round = uniform() < 0.5;
+        float p[N * 3], n[N * 3], v[N];
+        for (size_t object = 0; object < 2; object++) {
+            for (size_t i = 0; i < 3 * TRIANGLES; i++)
+                v3_storef(corners[object] + 3 * i, anywhere(round));
+            assert_int_equal(pnb_scene_set_vertices(scene, object, corners[object], NULL), PNB_OK);
+        }
+        assert_int_equal(pnb_solver_update(solver, PNB_UPDATE_VERTICES), PNB_OK);
+        for (int i = 0; i < N; i++) {
+            double depth = 5 + 8 * uniform(), half = tan(M_PI / 8) * depth;
+            v3_storef(p + 3 * i, v3(half * ((i % 8 + 0.5) / 4 - 1), half * (1 - (i / 8 + 0.5) / 4),
+                                    9 - depth));
+            v3_storef(n + 3 * i,
+                      v3_normalize(v3(uniform() - 0.5, uniform() - 0.5, uniform() - 0.5)));
+        }
+        pnb_receivers receivers = {
+            .count = N, .positions = p, .normals = n, .width = 8, .height = 8, .camera = &camera};
+        pnb_light light = line_light(anywhere(round), anywhere(round));
+        pnb_status status = pnb_solver_visibility(solver, &light, &receivers, v);
+        if (status == PNB_OK)
+            in_range(v, N);
+        else if (status != PNB_ERROR_SCENE) /* a light of no length */
+            fail_msg("%s", pnb_context_error(context));
+    }
+    pnb_solver_destroy(solver);
+    pnb_scene_destroy(scene);
+}
+
 static void threads_do_not_matter(void **state)
 {
     enum { W = 160, H = 120 };
@@ -441,6 +521,7 @@ int main(void)
         cmocka_unit_test(undersampling_ends_at_three),
         cmocka_unit_test(degenerate_input),
         cmocka_unit_test(a_thousand_random_scenes),
+        cmocka_unit_test(a_thousand_random_scenes_on_opengl),
         cmocka_unit_test(threads_do_not_matter),
         cmocka_unit_test(sampled_maps_are_right),
     };

@@ -104,6 +104,7 @@ struct map_set_desc {
     vec3 origin, axis; /* axis: unit */
     double length;     /* samples lie at places in [0, length] */
     int rows, columns;
+    bool laid_out; /* maps are drawn elsewhere: map_set_lay_out() instead of map_set_add() */
 };
 
 /* Frame, rows and bins; no maps yet. Cost: O(vertices + triangles). */
@@ -119,6 +120,8 @@ struct map_sample {
 /* Appends maps, all cores; O(triangles x rows they cross x maps + texels). Indices run on from
  * set->count. */
 pnb_status map_set_add(struct map_set *set, const struct map_sample *samples, size_t count);
+/* Appends maps without depth: q and passive are NULL. O(triangles) a map. */
+pnb_status map_set_lay_out(struct map_set *set, const struct map_sample *samples, size_t count);
 
 static inline float map_spread(const struct map_set *set, float u)
 {

@@ -125,20 +125,25 @@ void map_directions(const struct map_set *set, const struct map_sample *sample, 
     *out_high = fmin(*out_high, U_MOST);
 }
 
-/* Columns, and memory. */
-static pnb_status prepare(struct map_set *set, const struct map_sample *sample, struct map *map)
+static pnb_status reserve(struct map_set *set, struct map *map)
 {
-    size_t columns = (size_t)set->columns, texels = (size_t)set->rows * columns;
-    double low, high;
-    *map = (struct map){.at = sample->at};
-    map->u = memory_alloc(set->context, columns, sizeof(float));
+    size_t texels = (size_t)set->rows * (size_t)set->columns;
     map->q = memory_alloc(set->context, texels, sizeof(float));
     if (set->geometry->passive_first < set->geometry->triangle_count)
         map->passive = memory_alloc(set->context, texels, sizeof(float));
     bool passive = set->geometry->passive_first == set->geometry->triangle_count || map->passive;
-    if (!map->u || !map->q || !passive)
-        return status_no_memory(set->context, texels * sizeof(float));
+    return map->q && passive ? PNB_OK : status_no_memory(set->context, texels * sizeof(float));
+}
 
+/* Columns. */
+static pnb_status lay_out(struct map_set *set, const struct map_sample *sample, struct map *map)
+{
+    size_t columns = (size_t)set->columns;
+    double low, high;
+    *map = (struct map){.at = sample->at};
+    map->u = memory_alloc(set->context, columns, sizeof(float));
+    if (!map->u)
+        return status_no_memory(set->context, columns * sizeof(float));
     map_directions(set, sample, &low, &high);
     if (!(low <= high))
         low = high = 0;
@@ -263,18 +268,26 @@ static void band_body(void *user, size_t begin, size_t end, int worker)
     }
 }
 
-pnb_status map_set_add(struct map_set *set, const struct map_sample *samples, size_t count)
+pnb_status map_set_lay_out(struct map_set *set, const struct map_sample *samples, size_t count)
 {
-    size_t before = set->count;
-    if (!memory_reserve(set->context, (void **)&set->maps, &set->capacity, before, count,
+    if (!memory_reserve(set->context, (void **)&set->maps, &set->capacity, set->count, count,
                         sizeof(*set->maps)))
         return status_no_memory(set->context, count * sizeof(*set->maps));
     for (size_t i = 0; i < count; i++) {
-        pnb_status status = prepare(set, &samples[i], &set->maps[set->count++]);
+        pnb_status status = lay_out(set, &samples[i], &set->maps[set->count++]);
         if (status != PNB_OK)
             return status;
     }
-    struct raster_job job = {set, before};
-    parallel_for(set->context, set->bands, 1, band_body, &job);
     return PNB_OK;
+}
+
+pnb_status map_set_add(struct map_set *set, const struct map_sample *samples, size_t count)
+{
+    struct raster_job job = {set, set->count};
+    pnb_status status = map_set_lay_out(set, samples, count);
+    for (size_t i = job.first; i < set->count && status == PNB_OK; i++)
+        status = reserve(set, &set->maps[i]);
+    if (status == PNB_OK)
+        parallel_for(set->context, set->bands, 1, band_body, &job);
+    return status;
 }

@@ -411,7 +411,8 @@ pnb_status map_set_create(const struct map_set_desc *desc, struct map_set **out_
     }
     if (status == PNB_OK) {
         parallel_for(context, triangles, 4096, rows_body, &job);
-        status = fill_bins(set);
+        if (!desc->laid_out)
+            status = fill_bins(set);
     }
     if (status == PNB_OK) {
         const struct map_sample ends[2] = {{0, 0, set->length}, {set->length, 0, set->length}};

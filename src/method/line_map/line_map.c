@@ -28,16 +28,13 @@
 
 #include <string.h>
 
-#define AUTO_START 3
+#include "method/opengl.h"
+
 #define AUTO_MOST  129 /* samples=auto stops here */
 #define FIXED_MOST 1025
 
-static pnb_status line_map_create(pnb_solver *solver)
+pnb_status line_map_read_params(pnb_solver *solver, struct line_map *m)
 {
-    pnb_context *context = solver->context;
-    struct line_map *m = solver->state = memory_calloc(context, 1, sizeof(*m));
-    if (!m)
-        return status_no_memory(context, sizeof(*m));
     m->automatic = strcmp(solver_param(solver, "samples"), "auto") == 0;
     m->linear = strcmp(solver_param(solver, "transition"), "linear") == 0;
     m->nearest = strcmp(solver_param(solver, "overlap"), "nearest") == 0;
@@ -48,16 +45,31 @@ static pnb_status line_map_create(pnb_solver *solver)
     m->size = solver_param_integer(solver, "size");
     m->rows = m->columns = m->size;
     if (solver->samples < 2)
-        return status_fail(context, PNB_ERROR_ARGUMENT, "samples",
+        return status_fail(solver->context, PNB_ERROR_ARGUMENT, "samples",
                            "line-map needs 2 or more: the ends of the light");
     if (solver->samples > FIXED_MOST)
-        return status_fail(context, PNB_ERROR_ARGUMENT, "samples",
+        return status_fail(solver->context, PNB_ERROR_ARGUMENT, "samples",
                            "line-map takes %d at most, each has its map", FIXED_MOST);
-    return map_geometry_create(solver->scene, &m->geometry);
+    return PNB_OK;
+}
+
+static pnb_status line_map_create(pnb_solver *solver)
+{
+    if (opengl_wanted(solver))
+        return opengl_create(solver);
+    struct line_map *m = solver->state = memory_calloc(solver->context, 1, sizeof(*m));
+    if (!m)
+        return status_no_memory(solver->context, sizeof(*m));
+    pnb_status status = line_map_read_params(solver, m);
+    return status == PNB_OK ? map_geometry_create(solver->scene, &m->geometry) : status;
 }
 
 static void line_map_destroy(pnb_solver *solver)
 {
+    if (solver->opengl) {
+        opengl_destroy(solver);
+        return;
+    }
     struct line_map *m = solver->state;
     if (m)
         map_geometry_destroy(m->geometry);
@@ -66,6 +78,8 @@ static void line_map_destroy(pnb_solver *solver)
 
 static pnb_status line_map_update(pnb_solver *solver, pnb_update update)
 {
+    if (solver->opengl)
+        return opengl_update(solver, update);
     struct line_map *m = solver->state;
     return map_geometry_update(solver->scene, &m->geometry);
 }
@@ -106,8 +120,9 @@ static pnb_status do_edge(pnb_solver *solver, vec3 from, vec3 to, struct look_up
 {
     struct line_map *m = solver->state;
     struct line_map_light *light;
-    size_t samples =
-        m->automatic && solver->samples < AUTO_START ? AUTO_START : (size_t)solver->samples;
+    size_t samples = m->automatic && solver->samples < LINE_MAP_AUTO_START
+                         ? LINE_MAP_AUTO_START
+                         : (size_t)solver->samples;
     pnb_status status = line_map_light_create(m, from, to, samples, &light);
     if (status != PNB_OK)
         return status;
@@ -132,72 +147,87 @@ static pnb_status do_edge(pnb_solver *solver, vec3 from, vec3 to, struct look_up
     return status;
 }
 
-static size_t corners(const pnb_light *light, const struct light_shape *shape, size_t k, vec3 *out)
+size_t line_map_edge_count(const pnb_light *light)
 {
-    if (light->type == PNB_LIGHT_POLYGON) {
-        if (out)
-            *out = v3_load(light->shape.polygon.vertices +
-                           3 * (k % light->shape.polygon.vertex_count));
-        return light->shape.polygon.vertex_count;
-    }
-    if (out) {
-        *out = shape->origin;
-        if (k % 4 == 1 || k % 4 == 2)
-            *out = v3_add(*out, shape->axis_u);
-        if (k % 4 == 2 || k % 4 == 3)
-            *out = v3_add(*out, shape->axis_v);
-    }
-    return 4;
+    if (light->type == PNB_LIGHT_LINE)
+        return 1;
+    return light->type == PNB_LIGHT_POLYGON ? light->shape.polygon.vertex_count : 4;
 }
 
-static pnb_status line_map_visibility(pnb_solver *solver, const pnb_light *light,
-                                      const pnb_receivers *receivers, float *visibility)
+static vec3 corner(const pnb_light *light, const struct light_shape *shape, size_t k)
 {
-    struct line_map *m = solver->state;
-    struct light_shape shape;
-    pnb_status status = light_shape_init(solver->context, light, &shape);
-    if (status != PNB_OK)
-        return status;
+    if (light->type == PNB_LIGHT_POLYGON)
+        return v3_load(light->shape.polygon.vertices + 3 * (k % light->shape.polygon.vertex_count));
+    vec3 p = shape->origin;
+    if (k % 4 == 1 || k % 4 == 2)
+        p = v3_add(p, shape->axis_u);
+    if (k % 4 == 2 || k % 4 == 3)
+        p = v3_add(p, shape->axis_v);
+    return p;
+}
+
+double line_map_edge(const pnb_light *light, const struct light_shape *shape, size_t k,
+                     vec3 *out_from, vec3 *out_to)
+{
+    if (light->type == PNB_LIGHT_LINE) {
+        *out_from = shape->origin;
+        *out_to = v3_add(shape->origin, shape->axis_u);
+        return 1;
+    }
+    double around = 0;
+    for (size_t i = 0; i < line_map_edge_count(light); i++)
+        around += v3_length(v3_sub(corner(light, shape, i + 1), corner(light, shape, i)));
+    *out_from = corner(light, shape, k);
+    *out_to = corner(light, shape, k + 1);
+    return v3_length(v3_sub(*out_to, *out_from)) / around;
+}
+
+void line_map_reset_counters(struct line_map *m)
+{
     m->map_ms = m->skin_ms = m->look_up_ms = 0;
     m->maps = m->skins = m->texels = m->estimate = 0;
-    struct look_up_job job = {.shape = &shape,
-                              .receivers = receivers,
-                              .visibility = visibility,
-                              .weight = 1,
-                              .first = true};
-    if (light->type == PNB_LIGHT_LINE) {
-        status = do_edge(solver, shape.origin, v3_add(shape.origin, shape.axis_u), &job);
-    } else {
-        vec3 a, b;
-        double around = 0;
-        size_t count = corners(light, &shape, 0, NULL);
-        for (size_t k = 0; k < count; k++) {
-            corners(light, &shape, k, &a);
-            corners(light, &shape, k + 1, &b);
-            around += v3_length(v3_sub(b, a));
-        }
-        for (size_t k = 0; k < count && status == PNB_OK; k++) {
-            corners(light, &shape, k, &a);
-            corners(light, &shape, k + 1, &b);
-            job.weight = v3_length(v3_sub(b, a)) / around;
-            job.first = k == 0;
-            status = do_edge(solver, a, b, &job);
-        }
+}
+
+void line_map_report(pnb_solver *solver, const struct line_map *m, const pnb_light *light)
+{
+    if (light->type != PNB_LIGHT_LINE)
         solver_warn(solver, "an area light is taken by its edges, which is crude");
-    }
     solver_count(solver, "maps", m->maps);
     solver_count(solver, "skins", m->skins);
-    solver_count(solver, "skin texels", m->texels);
+    if (!solver->opengl)
+        solver_count(solver, "skin texels", m->texels);
     solver_count(solver, "map ms", m->map_ms);
     solver_count(solver, "skin ms", m->skin_ms);
     solver_count(solver, "look-up ms", m->look_up_ms);
     if (m->automatic)
         solver_count(solver, "estimated error", m->estimate);
+}
+
+static pnb_status line_map_visibility(pnb_solver *solver, const pnb_light *light,
+                                      const pnb_receivers *receivers, float *visibility)
+{
+    if (solver->opengl)
+        return opengl_visibility(solver, light, receivers, visibility);
+    struct line_map *m = solver->state;
+    struct light_shape shape;
+    pnb_status status = light_shape_init(solver->context, light, &shape);
+    if (status != PNB_OK)
+        return status;
+    line_map_reset_counters(m);
+    struct look_up_job job = {.shape = &shape, .receivers = receivers, .visibility = visibility};
+    for (size_t k = 0; k < line_map_edge_count(light) && status == PNB_OK; k++) {
+        vec3 from, to;
+        job.weight = line_map_edge(light, &shape, k, &from, &to);
+        job.first = k == 0;
+        status = do_edge(solver, from, to, &job);
+    }
+    line_map_report(solver, m, light);
     light_shape_finish(solver->context, &shape);
     return status;
 }
 
 static const pnb_param_info params[] = {
+    {"path", PNB_PARAM_CHOICE, "cpu", 0, 0, "cpu|opengl", "the same algorithm on either"},
     {"samples", PNB_PARAM_CHOICE, "given", 0, 0, "given|auto",
      "auto: as many samples, and where, as the target error asks for"},
     {"target", PNB_PARAM_NUMBER, "0.02", 0.0001, 1, NULL,
@@ -236,4 +266,5 @@ const struct method method_line_map = {
     .destroy = line_map_destroy,
     .update = line_map_update,
     .visibility = line_map_visibility,
+    .opengl = &line_map_opengl,
 };

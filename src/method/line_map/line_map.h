@@ -22,6 +22,22 @@ struct line_map {
     double maps, skins, texels, estimate;
 };
 
+#define LINE_MAP_SLACK      1.5f /* texels by which skins overlap what they border on */
+#define LINE_MAP_AUTO_START 3    /* samples that samples=auto begins with */
+
+/* line_map.c, for both paths. */
+pnb_status line_map_read_params(pnb_solver *solver, struct line_map *method);
+/* The linear lights that a light is taken by: itself, or its edges. */
+size_t line_map_edge_count(const pnb_light *light);
+/* Edge k, and its share of the light by length. */
+double line_map_edge(const pnb_light *light, const struct light_shape *shape, size_t k,
+                     vec3 *out_from, vec3 *out_to);
+void line_map_reset_counters(struct line_map *method);
+void line_map_report(pnb_solver *solver, const struct line_map *method, const pnb_light *light);
+
+/* opengl.c: the room of path=opengl */
+extern const struct opengl_method line_map_opengl;
+
 /* Visibility channels: the share of the segment that a point seen by one of its two samples sees,
  * if a skin lies before it. */
 #define LINE_MAP_SHARE_ONE 65534
@@ -45,6 +61,9 @@ struct line_map_light {
 
 /* skins.c: fills the channels of the segments [begin, end). Adds to method->skins and texels. */
 pnb_status line_map_warp(struct line_map_light *light, size_t begin, size_t end);
+/* The least step that is a discontinuity: fixed as a share of q, or metres of r. */
+void line_map_least_step(const struct line_map *method, const struct map_set *set,
+                         const struct map *map, double *out_fixed, double *out_metres);
 
 /* light.c */
 pnb_status line_map_light_create(struct line_map *method, vec3 from, vec3 to, size_t samples,

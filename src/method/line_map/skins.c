@@ -36,8 +36,8 @@
 
 #include "method/line_map/line_map.h"
 
-#define STEP_TEXELS 2.0  /* automatic threshold: a step of so many texels' width */
-#define SLACK       1.5f /* texels by which skins overlap what they border on */
+#define STEP_TEXELS 2.0 /* automatic threshold: a step of so many texels' width */
+#define SLACK       LINE_MAP_SLACK
 
 /* Loops over texels are built for wide vectors as well, chosen at load time. Same results: no
  * contraction, and every operation is rounded alike. */
@@ -113,16 +113,22 @@ static float edge_place(const float *u, int c, bool near_left)
     return fabsf(middle) > 2 ? u[near_left ? c : c + 1] : middle;
 }
 
+void line_map_least_step(const struct line_map *method, const struct map_set *set,
+                         const struct map *map, double *out_fixed, double *out_metres)
+{
+    float texels = (float)STEP_TEXELS * fmaxf((float)set->phi_step, 1 / map->scale);
+    *out_fixed = method->threshold > 0 ? 0 : (double)(texels / (1 + texels));
+    *out_metres = method->threshold > 0 ? method->threshold : 0;
+}
+
 static size_t find_edges(const struct warp_job *job, const struct map *map, int row,
                          struct warp_worker *worker, struct edge *edges)
 {
     const struct map_set *set = job->light->set;
     const int columns = set->columns;
-    const double threshold = job->light->method->threshold;
-    float texels = (float)STEP_TEXELS * fmaxf((float)set->phi_step, 1 / map->scale);
-    struct step step = {texels / (1 + texels), 0};
-    if (threshold > 0)
-        step = (struct step){0, (float)threshold};
+    double fixed, metres;
+    line_map_least_step(job->light->method, set, map, &fixed, &metres);
+    struct step step = {(float)fixed, (float)metres};
     int up = set->row_above[row], down = set->row_below[row];
     const float *q = map->q + (size_t)row * (size_t)columns;
     filter_row(map->q + (size_t)up * (size_t)columns, q, map->q + (size_t)down * (size_t)columns,
