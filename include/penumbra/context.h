@@ -61,6 +61,7 @@ PNB_API void pnb_context_destroy(pnb_context *context);
 PNB_API const char *pnb_context_error(const pnb_context *context);
 PNB_API int pnb_context_threads(const pnb_context *context);
 
+/* "ok", "argument", "memory", ... */
 PNB_API const char *pnb_status_name(pnb_status status);
 PNB_API const char *pnb_version(void); /* "1.2.3" */
 

@@ -13,6 +13,7 @@
 extern "C" {
 #endif
 
+/* Area lights emit on one side, lines and points all round; a sun is a disk infinitely far away. */
 typedef enum pnb_light_type {
     PNB_LIGHT_RECTANGLE = 0,
     PNB_LIGHT_DISK,

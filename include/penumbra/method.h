@@ -31,6 +31,7 @@ typedef struct pnb_param_info {
     const char *summary; /* one line */
 } pnb_param_info;
 
+/* Where a method runs, and which surfaces it can do. */
 typedef enum pnb_processor { PNB_PROCESSOR_CPU = 0, PNB_PROCESSOR_OPENGL } pnb_processor;
 typedef enum pnb_receiver_kind { PNB_RECEIVERS_ANY = 0, PNB_RECEIVERS_PLANES } pnb_receiver_kind;
 
@@ -48,12 +49,14 @@ typedef struct pnb_method_info {
     size_t param_count;
 } pnb_method_info;
 
+/* The registry: all methods of this build, in a fixed order. NULL beyond the last one. */
 PNB_API size_t pnb_method_count(void);
 PNB_API const pnb_method_info *pnb_method(size_t index);
 PNB_API const pnb_method_info *pnb_method_find(const char *name); /* NULL: none of that name */
 
 typedef struct pnb_solver pnb_solver;
 
+/* A parameter as text, as on the command line. */
 typedef struct pnb_solver_param {
     const char *key, *value;
 } pnb_solver_param;
@@ -65,6 +68,7 @@ typedef struct pnb_solver_desc {
     size_t param_count;
 } pnb_solver_desc;
 
+/* The name of the method that is used when none is asked for. */
 PNB_API const char *pnb_default_method(void);
 
 typedef struct pnb_counter {
@@ -103,7 +107,6 @@ typedef enum pnb_update {
  * placements are O(objects), vertices a refit, O(triangles of all meshes), and a rebuild of the
  * meshes whose vertices at one position came apart; `reference` builds its hierarchy anew for
  * both. Added objects or meshes want a new solver. */
-
 PNB_API pnb_status pnb_solver_update(pnb_solver *solver, pnb_update update);
 
 /* Visibility of the light at each receiver: the share of the light's area that the point sees, in
@@ -114,6 +117,7 @@ PNB_API pnb_status pnb_solver_update(pnb_solver *solver, pnb_update update);
 PNB_API pnb_status pnb_solver_visibility(pnb_solver *solver, const pnb_light *light,
                                          const pnb_receivers *receivers, float *visibility);
 
+/* Of the last call; valid until the next one. */
 PNB_API void pnb_solver_get_report(const pnb_solver *solver, pnb_solver_report *out_report);
 
 #ifdef __cplusplus

@@ -14,6 +14,7 @@ extern "C" {
 
 typedef struct pnb_scene pnb_scene;
 
+/* A pinhole that looks from eye to target. */
 typedef struct pnb_camera {
     double eye[3], target[3], up[3];
     double vertical_fov_degrees;
@@ -143,6 +144,7 @@ typedef struct pnb_builtin_info {
     const char *source; /* the paper and figure that it stands for, or "" */
 } pnb_builtin_info;
 
+/* The built-in scenes, loaded as "builtin:NAME". */
 PNB_API size_t pnb_builtin_count(void);
 PNB_API void pnb_builtin(size_t index, pnb_builtin_info *out_info);
 
