@@ -4,7 +4,6 @@
 set -eu
 cd "$(dirname "$0")/.."
 penumbra=${1:-build}/penumbra
-mkdir -p docs/pictures/scenes
 
 picture() { # scene options...
     scene=$1
@@ -24,8 +23,36 @@ for scene in $("$penumbra" scenes --json | sed -n 's/.*"name": *"\([^"]*\)".*/\1
         -s 240x180 -n 256 -q
 done
 
-for scene in $("$penumbra" scenes | cut -d ' ' -f 1); do
-    echo "docs/pictures/scenes/$scene.png"
-    "$penumbra" render "builtin:$scene" -m reference -n 256 -s 240x180 \
-        -o "docs/pictures/scenes/$scene.png"
-done
+# Methods and their failures, small, beside the truth of the same scene.
+mkdir -p docs/pictures/methods
+method() { # picture scene method option...
+    picture=docs/pictures/methods/$1.png
+    scene=$2
+    method=$3
+    shift 3
+    "$penumbra" methods "$method" >/dev/null 2>&1 || return 0
+    echo "$picture"
+    "$penumbra" render "builtin:$scene" -m "$method" -o "$picture" -s 320x240 -q "$@"
+}
+method two-boxes-truth two-boxes reference -n 4096
+method two-boxes-reference-16 two-boxes reference -n 16
+method two-boxes-exact two-boxes exact
+method two-boxes-planar-3 two-boxes planar -n 3
+method two-boxes-planar-16 two-boxes planar
+method two-boxes-sampled-maps-4 two-boxes sampled-maps -n 4
+method two-boxes-sampled-maps-16 two-boxes sampled-maps
+method two-boxes-hard-map two-boxes hard-map
+method two-boxes-hard-volume two-boxes hard-volume
+method two-boxes-pcss two-boxes pcss
+method two-boxes-dbuffer two-boxes dbuffer
+method two-boxes-wedge two-boxes wedge
+method two-boxes-wedge-probabilistic two-boxes wedge-probabilistic
+method two-boxes-wedge-blend two-boxes wedge-blend
+method two-boxes-line-map two-boxes line-map
+method thin-wires-truth thin-wires reference -n 4096
+method thin-wires-planar-3 thin-wires planar -n 3
+method thin-wires-planar-64 thin-wires planar -n 64
+method fence-truth fence reference -n 4096
+method fence-exact fence exact
+method fence-hard-map fence hard-map -p size=256
+method fence-sampled-maps-16 fence sampled-maps
