@@ -22,6 +22,8 @@ static const char *const param_types[] = {"integer", "number", "choice", "text"}
 
 static const char *processor_name(const pnb_method_info *method)
 {
+    if (method->opengl_path)
+        return "CPU, OpenGL";
     return method->processor == PNB_PROCESSOR_OPENGL ? "OpenGL" : "CPU";
 }
 

@@ -43,6 +43,7 @@ typedef struct pnb_method_info {
     unsigned lights;     /* PNB_LIGHT_BIT()s of the light types that it can do */
     pnb_receiver_kind receivers;
     pnb_processor processor;
+    bool opengl_path; /* a method of the CPU with a second path on OpenGL, by its parameter "path" */
     bool samples; /* takes a number of light samples */
     int default_samples;
     const pnb_param_info *params;

@@ -291,7 +291,12 @@ static pnb_status volume_draw(pnb_solver *solver, struct opengl_state *state,
     gl_target_clear(v->target, &clear);
     draw_volumes(solver, v, device, state->occluders, frame, middle.p, middle.w);
     struct gl_draw decide = {
-        .program = v->decide, .target = target, .uniforms = {gl_sampler("count", v->count)}};
+        .program = v->decide,
+        .target = target,
+        .uniforms = {gl_sampler("count", v->count),
+                     gl_vec4("light", middle.p.x, middle.p.y, middle.p.z, middle.w),
+                     gl_sampler("frame_position", frame->position),
+                     gl_sampler("frame_normal", frame->normal)}};
     gl_draw_cover(device, &decide);
     gl_target_destroy(target);
     solver_count(solver, "sides", (double)(v->corner_count / 6));

@@ -1,0 +1,9 @@
+// Texel by texel.
+uniform sampler2D source;
+
+out vec4 color;
+
+void main()
+{
+    color = texelFetch(source, ivec2(gl_FragCoord.xy), 0);
+}
