@@ -11,7 +11,7 @@
 #include "geom/tolerance.h"
 #include "method/exact/exact.h"
 
-#define TILE_SIDE 8
+#define TILE_SIDE 16
 
 struct exact {
     struct exact_scene *scene;
@@ -84,9 +84,11 @@ static pnb_status exact_update(pnb_solver *solver, pnb_update update)
         return status_fail(solver->context, PNB_ERROR_ARGUMENT, "update",
                            "objects or meshes were added; make a new solver");
     size_t slots = exact->scene->slots_max, clusters = exact->scene->clusters_max;
+    size_t vertices = exact->scene->vertices_max;
     pnb_status status = exact_scene_update(solver->scene, exact->scene, update);
     if (status == PNB_OK &&
-        (exact->scene->slots_max > slots || exact->scene->clusters_max > clusters))
+        (exact->scene->slots_max > slots || exact->scene->clusters_max > clusters ||
+         exact->scene->vertices_max > vertices))
         status = init_works(solver);
     return status;
 }
@@ -119,33 +121,55 @@ static void add_point(const struct frame_job *frame, struct exact_work *work, si
     points[(*count)++] = (struct exact_point){index, lifted, n};
 }
 
+static const uint8_t morton_x[16] = {0, 1, 0, 1, 2, 3, 2, 3, 0, 1, 0, 1, 2, 3, 2, 3};
+static const uint8_t morton_y[16] = {0, 0, 1, 1, 0, 0, 1, 1, 2, 2, 3, 3, 2, 2, 3, 3};
+
+/* All look the same way, as on a plane. */
+static bool points_flat(const struct exact_point *points, size_t count)
+{
+    vec3 up = points[0].n;
+    for (size_t i = 1; i < count; i++)
+        if (!(v3_max_abs(v3_sub(points[i].n, up)) < 1e-6))
+            return false;
+    return v3_dot(up, up) > 0;
+}
+
 static void tile_body(void *user, size_t begin, size_t end, int worker)
 {
     const struct frame_job *frame = user;
     struct exact_work *work = &frame->works[worker];
     const pnb_receivers *receivers = frame->receivers;
+    size_t width = (size_t)receivers->width, height = (size_t)receivers->height;
     for (size_t tile = begin; tile < end; tile++) {
         struct exact_point points[EXACT_TILE];
-        size_t count = 0;
-        if (frame->order) {
-            size_t first = tile * EXACT_TILE;
-            size_t last =
-                first + EXACT_TILE < receivers->count ? first + EXACT_TILE : receivers->count;
-            for (size_t i = first; i < last; i++)
-                add_point(frame, work, frame->order[i], points, &count);
-        } else {
-            size_t width = (size_t)receivers->width, height = (size_t)receivers->height;
-            size_t x0 = tile % frame->tiles_x * TILE_SIDE, y0 = tile / frame->tiles_x * TILE_SIDE;
-            /* In the order of the Morton curve: runs of 4, 8, 16 are blocks. */
-            for (unsigned i = 0; i < TILE_SIDE * TILE_SIDE; i++) {
-                size_t x = x0 + ((i & 1) | (i >> 1 & 2) | (i >> 2 & 4));
-                size_t y = y0 + ((i >> 1 & 1) | (i >> 2 & 2) | (i >> 3 & 4));
+        size_t count = 0, quarter[5] = {0};
+        for (unsigned i = 0; i < EXACT_TILE; i++) {
+            if (frame->order) {
+                if (tile * EXACT_TILE + i < receivers->count)
+                    add_point(frame, work, frame->order[tile * EXACT_TILE + i], points, &count);
+            } else {
+                /* In the order of the Morton curve: runs of 4, 8, 16, 64 are blocks. */
+                size_t x =
+                    tile % frame->tiles_x * TILE_SIDE + morton_x[i & 15] + 4 * morton_x[i >> 4];
+                size_t y =
+                    tile / frame->tiles_x * TILE_SIDE + morton_y[i & 15] + 4 * morton_y[i >> 4];
                 if (x < width && y < height)
                     add_point(frame, work, y * width + x, points, &count);
             }
+            if (i % (EXACT_TILE / 4) == EXACT_TILE / 4 - 1)
+                quarter[i / (EXACT_TILE / 4) + 1] = count;
         }
-        if (count > 0)
+        if (count == 0)
+            continue;
+        if (points_flat(points, count)) {
             frame->job.kernel->tile(&frame->job, work, points, count);
+            continue;
+        }
+        /* Curved ones are close to their own surface's triangles: fewer at a time. */
+        for (int i = 0; i < 4; i++)
+            if (quarter[i + 1] > quarter[i])
+                frame->job.kernel->tile(&frame->job, work, points + quarter[i],
+                                        quarter[i + 1] - quarter[i]);
     }
 }
 

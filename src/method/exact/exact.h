@@ -69,11 +69,10 @@ struct exact_cover {
 /* Rows have at most this many samples for samples as bits. */
 #define EXACT_MASK_BINS 64
 
-/* Edges that matter to a block of receivers: offsets of their first field. */
+/* Edges that matter to a block of receivers: the offset of the first field, the change of the
+ * count, and the enlargements at the ends (the bits of floats). */
 struct exact_picks {
-    uint32_t *at, *open;
-    int32_t *change;
-    size_t capacity;
+    int32_t *at, *change, *sight[2];
 };
 
 static inline int exact_cell_change(int32_t cell)
@@ -122,10 +121,18 @@ enum { /* an edge whose weight depends on the side of two planes on which the ey
        OPEN_FIELDS
 };
 
+/* The rows above a point left of the light change by weight. */
+struct exact_step {
+    float b, h;
+    int weight;
+};
+
 struct exact_edges {
     float *fixed, *open;                  /* blocks */
     size_t fixed_count, open_count;       /* edges */
     size_t fixed_capacity, open_capacity; /* floats */
+    struct exact_step *steps;
+    size_t step_count, step_capacity;
 };
 
 struct exact_job;
@@ -134,9 +141,9 @@ struct exact_point;
 
 struct exact_kernel {
     const char *name;
-    /* Visibility of up to EXACT_TILE receivers, all on the light's lit side. */
-    void (*tile)(const struct exact_job *job, struct exact_work *work,
-                 const struct exact_point *points, size_t count);
+    /* Visibility of up to EXACT_TILE receivers, all on the light's lit side; reorders them. */
+    void (*tile)(const struct exact_job *job, struct exact_work *work, struct exact_point *points,
+                 size_t count);
     /* The visible share of grid->total. */
     double (*resolve)(const struct exact_cover *cover);
 };
@@ -181,19 +188,28 @@ double exact_cover_resolve(const struct exact_cover *cover);
 
 /* ---- occluders (exact_scene.c) ---- */
 
+struct exact_bounds { /* world */
+    vec3 low, high;
+};
+
 struct exact_instance {
     const struct clusters *clusters;
     double world_from_mesh[12], mesh_from_world[12];
-    vec3 low, high; /* world bounds */
+    struct exact_bounds bounds;
+    size_t object; /* of the scene */
 };
+
+/* Instances are sorted along a curve; so many of them share bounds. */
+#define EXACT_GROUP 8
 
 struct exact_scene {
     struct clusters **meshes; /* per mesh of the scene; NULL: casts nowhere */
     struct clusters **baked;  /* per object: made of its own when the placement is not invertible */
     size_t mesh_count, object_count;
     struct exact_instance *instances;
+    struct exact_bounds *groups;
     size_t instance_count;
-    size_t slots_max, clusters_max; /* of any instance's mesh */
+    size_t slots_max, clusters_max, vertices_max; /* of any instance's mesh */
     size_t bytes, triangle_count;
 };
 
@@ -203,7 +219,7 @@ pnb_status exact_scene_update(pnb_scene *scene, struct exact_scene *exact, pnb_u
 
 /* ---- tiles (exact_tile.inc) ---- */
 
-#define EXACT_TILE 64 /* receivers at most */
+#define EXACT_TILE 256 /* receivers at most */
 
 struct exact_point {
     size_t index; /* of the receiver */
@@ -244,6 +260,10 @@ struct exact_work {
     uint32_t *list[2];      /* edges that count: fixed, open */
     size_t list_count[2], list_capacity[2];
     struct exact_edges edges;
+    bool collapse;          /* edges left of the light to their ends */
+    int16_t *vertex_weight; /* zero but for the vertices in ends */
+    uint32_t *ends;
+    size_t end_count, end_capacity;
     int unit;           /* of the tile's occluders */
     vec3 (*loose)[3];   /* relative to the tile's middle */
     float *loose_frame; /* the same in the tile's frame, blocks of 9 fields */
@@ -253,9 +273,12 @@ struct exact_work {
     uint32_t touched;
     /* Samples as bits; see exact_block.inc. Aligned parts of one block of memory. */
     void *bits;
-    int32_t *hidden, *near, *far, *spare;
-    struct exact_picks picks;
+    int32_t *hidden, *near, *far, *spare, *steps;
+    struct exact_picks picks[2]; /* decided ones and open ones */
+    int32_t *picks_memory;
+    size_t picks_capacity;
     struct exact_candidate *candidates; /* instances */
+    struct exact_point scratch[EXACT_TILE];
     struct exact_stats stats;
     bool no_memory;
 };

@@ -6,6 +6,9 @@
 #define lanes_of(mask) ((unsigned)_mm256_movemask_ps((__m256)(mask)))
 #define clamp(x, high)                                                                             \
     ((vf)_mm256_min_ps(_mm256_max_ps((__m256)(x), _mm256_setzero_ps()), _mm256_set1_ps(high)))
+#define round_up(x)                                                                                \
+    ((vi)_mm256_cvtps_epi32(                                                                       \
+        _mm256_round_ps((__m256)(x), _MM_FROUND_TO_POS_INF | _MM_FROUND_NO_EXC)))
 #define gather_floats(from, at) ((vf)_mm256_i32gather_ps(from, (__m256i)(at), 4))
 #define HAVE_MASK
 #define shift_ones(by) ((vi)_mm256_sllv_epi32(_mm256_set1_epi32(-1), (__m256i)(by)))

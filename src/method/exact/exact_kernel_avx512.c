@@ -12,6 +12,22 @@
 
 #define gather_floats(from, at) ((vf)_mm512_i32gather_ps((__m512i)(at), from, 4))
 
+#define round_up(x)                                                                                \
+    ((vi)_mm512_cvt_roundps_epi32((__m512)(x), _MM_FROUND_TO_POS_INF | _MM_FROUND_NO_EXC))
+
+#define HAVE_LANE_SETS
+typedef __mmask16 vm;
+#define less(a, b)            _mm512_cmp_ps_mask((__m512)(a), (__m512)(b), _CMP_LT_OQ)
+#define less_int(a, b)        _mm512_cmplt_epi32_mask((__m512i)(a), (__m512i)(b))
+#define differ_int(a, b)      _mm512_cmpneq_epi32_mask((__m512i)(a), (__m512i)(b))
+#define bits_of(m)            ((unsigned)(m))
+#define where(m, x)           ((vi)_mm512_maskz_mov_epi32(m, (__m512i)(x)))
+#define either(m, a, b)       ((vi)_mm512_mask_mov_epi32((__m512i)(b), m, (__m512i)(a)))
+#define either_float(m, a, b) ((vf)_mm512_mask_mov_ps((__m512)(b), m, (__m512)(a)))
+#define all_ones(m)           ((vi)_mm512_movm_epi32(m))
+#define no_lanes              ((vm)0)
+#define all_lanes             ((vm)0xffff)
+
 /* exact_cover_resolve() for 16 rows at once, with masks instead of selections. */
 #define HAVE_RESOLVE
 static double kernel_resolve(const struct exact_cover *cover)
@@ -82,17 +98,7 @@ static double kernel_resolve(const struct exact_cover *cover)
 #define HAVE_REDUCE
 #define least_of(x) _mm512_reduce_min_epi32((__m512i)(x))
 #define most_of(x)  _mm512_reduce_max_epi32((__m512i)(x))
-#define append_picks(at, by, lanes, base, change)                                                  \
-    append_lanes(at, by, lanes, base, (__m512i)(change))
-static inline unsigned append_lanes(unsigned *at, int *by, unsigned lanes, unsigned base,
-                                    __m512i change)
-{
-    const __m512i numbers = _mm512_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15);
-    __m512i from = _mm512_add_epi32(numbers, _mm512_set1_epi32((int)base));
-    _mm512_storeu_si512(at, _mm512_maskz_compress_epi32((__mmask16)lanes, from));
-    if (by)
-        _mm512_storeu_si512(by, _mm512_maskz_compress_epi32((__mmask16)lanes, change));
-    return (unsigned)__builtin_popcount(lanes);
-}
+#define append_picks(to, lanes, x)                                                                 \
+    _mm512_storeu_si512(to, _mm512_maskz_compress_epi32((__mmask16)(lanes), (__m512i)(x)))
 
 #include "method/exact/exact_kernel.inc"

@@ -5,6 +5,7 @@
  * inverted: such an object gets clusters of its own, made in world space and made anew when it
  * moves.
  */
+#include <stdlib.h>
 #include <string.h>
 
 #include "method/exact/exact.h"
@@ -50,14 +51,77 @@ static pnb_status bake(pnb_context *context, const struct mesh *mesh, const doub
 static void bound_instance(struct exact_instance *instance)
 {
     const struct cluster_node *root = &instance->clusters->nodes[0];
-    instance->low = v3(INFINITY, INFINITY, INFINITY);
-    instance->high = v3(-INFINITY, -INFINITY, -INFINITY);
+    instance->bounds.low = v3(INFINITY, INFINITY, INFINITY);
+    instance->bounds.high = v3(-INFINITY, -INFINITY, -INFINITY);
     for (int i = 0; i < 8; i++) {
         vec3 p = v3(i & 1 ? root->high[0] : root->low[0], i & 2 ? root->high[1] : root->low[1],
                     i & 4 ? root->high[2] : root->low[2]);
         p = m34_point(instance->world_from_mesh, p);
-        instance->low = v3_min(instance->low, p);
-        instance->high = v3_max(instance->high, p);
+        instance->bounds.low = v3_min(instance->bounds.low, p);
+        instance->bounds.high = v3_max(instance->bounds.high, p);
+    }
+}
+
+static double middle_of(const struct exact_instance *instance, int axis)
+{
+    vec3 middle = v3_add(instance->bounds.low, instance->bounds.high);
+    return axis == 0 ? middle.x : axis == 1 ? middle.y : middle.z;
+}
+
+static int compare_along(const void *a, const void *b, int axis)
+{
+    const struct exact_instance *p = a, *q = b;
+    double x = middle_of(p, axis), y = middle_of(q, axis);
+    if (x != y)
+        return x < y ? -1 : 1;
+    return (p->object > q->object) - (p->object < q->object);
+}
+static int compare_x(const void *a, const void *b)
+{
+    return compare_along(a, b, 0);
+}
+static int compare_y(const void *a, const void *b)
+{
+    return compare_along(a, b, 1);
+}
+static int compare_z(const void *a, const void *b)
+{
+    return compare_along(a, b, 2);
+}
+
+/* Halves the instances along the widest axis of their middles, at multiples of EXACT_GROUP. */
+static void sort_instances(struct exact_instance *instances, size_t count)
+{
+    static int (*const compare[3])(const void *, const void *) = {compare_x, compare_y, compare_z};
+    if (count <= EXACT_GROUP)
+        return;
+    double widest = -1;
+    int axis = 0;
+    for (int a = 0; a < 3; a++) {
+        double low = INFINITY, high = -INFINITY;
+        for (size_t i = 0; i < count; i++) {
+            double x = middle_of(&instances[i], a);
+            low = x < low ? x : low, high = x > high ? x : high;
+        }
+        if (high - low > widest)
+            widest = high - low, axis = a;
+    }
+    qsort(instances, count, sizeof(*instances), compare[axis]);
+    size_t groups = (count + EXACT_GROUP - 1) / EXACT_GROUP, left = groups / 2 * EXACT_GROUP;
+    sort_instances(instances, left);
+    sort_instances(instances + left, count - left);
+}
+
+static void group_instances(struct exact_scene *exact)
+{
+    sort_instances(exact->instances, exact->instance_count);
+    for (size_t i = 0; i < exact->instance_count; i++) {
+        struct exact_bounds *group = &exact->groups[i / EXACT_GROUP];
+        const struct exact_bounds *bounds = &exact->instances[i].bounds;
+        if (i % EXACT_GROUP == 0)
+            *group = *bounds;
+        group->low = v3_min(group->low, bounds->low);
+        group->high = v3_max(group->high, bounds->high);
     }
 }
 
@@ -65,7 +129,7 @@ static pnb_status place(pnb_scene *scene, struct exact_scene *exact)
 {
     static const double identity[12] = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};
     exact->instance_count = 0;
-    exact->slots_max = exact->clusters_max = exact->triangle_count = 0;
+    exact->slots_max = exact->clusters_max = exact->vertices_max = exact->triangle_count = 0;
     for (size_t i = 0; i < scene->object_count; i++) {
         const pnb_object *object = &scene->objects[i].info;
         clusters_destroy(scene->context, exact->baked[i]);
@@ -74,6 +138,7 @@ static pnb_status place(pnb_scene *scene, struct exact_scene *exact)
             continue;
         struct exact_instance *instance = &exact->instances[exact->instance_count];
         instance->clusters = exact->meshes[object->mesh];
+        instance->object = i;
         memcpy(instance->world_from_mesh, object->world_from_mesh, sizeof(identity));
         if (!invert(instance->world_from_mesh, instance->mesh_from_world)) {
             pnb_status status = bake(scene->context, &scene->meshes[object->mesh],
@@ -94,7 +159,10 @@ static pnb_status place(pnb_scene *scene, struct exact_scene *exact)
             exact->slots_max = clusters->slot_count;
         if (clusters->cluster_count > exact->clusters_max)
             exact->clusters_max = clusters->cluster_count;
+        if (clusters->vertex_count > exact->vertices_max)
+            exact->vertices_max = clusters->vertex_count;
     }
+    group_instances(exact);
     exact->bytes = sizeof(*exact) + exact->object_count * sizeof(*exact->instances);
     for (size_t i = 0; i < exact->mesh_count; i++)
         exact->bytes += exact->meshes[i] ? exact->meshes[i]->bytes : 0;
@@ -115,8 +183,9 @@ pnb_status exact_scene_create(pnb_scene *scene, struct exact_scene **out_scene)
     exact->meshes = memory_calloc(context, scene->mesh_count, sizeof(*exact->meshes));
     exact->baked = memory_calloc(context, scene->object_count, sizeof(*exact->baked));
     exact->instances = memory_calloc(context, scene->object_count, sizeof(*exact->instances));
+    exact->groups = memory_calloc(context, scene->object_count, sizeof(*exact->groups));
     pnb_status status = PNB_OK;
-    if (!exact->meshes || !exact->baked || !exact->instances)
+    if (!exact->groups || !exact->meshes || !exact->baked || !exact->instances)
         status = status_no_memory(context, scene->object_count * sizeof(*exact->instances));
     for (size_t i = 0; i < scene->object_count && status == PNB_OK; i++) {
         size_t mesh = scene->objects[i].info.mesh;
@@ -144,6 +213,7 @@ void exact_scene_destroy(pnb_context *context, struct exact_scene *exact)
     memory_free(context, exact->meshes);
     memory_free(context, exact->baked);
     memory_free(context, exact->instances);
+    memory_free(context, exact->groups);
     memory_free(context, exact);
 }
 

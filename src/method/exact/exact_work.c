@@ -25,8 +25,10 @@ bool exact_work_init(pnb_context *context, const struct exact_scene *scene, stru
     work->cluster_state = memory_calloc(context, scene->clusters_max, 1);
     work->kept = memory_alloc(context, scene->clusters_max, sizeof(*work->kept));
     work->centers = memory_calloc(context, scene->clusters_max, sizeof(*work->centers));
+    work->vertex_weight = memory_calloc(context, scene->vertices_max, sizeof(*work->vertex_weight));
     work->candidates = memory_alloc(context, scene->instance_count, sizeof(*work->candidates));
-    return work->state && work->cluster_state && work->kept && work->centers && work->candidates;
+    return work->state && work->cluster_state && work->kept && work->centers &&
+           work->vertex_weight && work->candidates;
 }
 
 bool exact_work_prepare(struct exact_work *work, const struct exact_grid *grid)
@@ -37,12 +39,14 @@ bool exact_work_prepare(struct exact_work *work, const struct exact_grid *grid)
     work->left = memory_calloc(work->context, EXACT_ROWS_MAX, sizeof(*work->left));
     memory_free(work->context, work->bits);
     size_t rows = (size_t)(grid->rows * grid->words);
-    size_t size = rows * (EXACT_TILE + 16 * EXACT_LANES) + (size_t)grid->rows * EXACT_LANES;
+    size_t size =
+        rows * (EXACT_TILE + 16 * EXACT_LANES) + (size_t)(2 * grid->rows + 1) * EXACT_LANES;
     work->bits = memory_calloc(work->context, size + 16, sizeof(int32_t));
     work->hidden = (int32_t *)(((uintptr_t)work->bits + 63) & ~(uintptr_t)63);
     work->near = work->hidden + rows * EXACT_TILE;
     work->far = work->near + rows * 4 * EXACT_LANES;
     work->spare = work->far + rows * 12 * EXACT_LANES;
+    work->steps = work->spare + (size_t)grid->rows * EXACT_LANES;
     memset(&work->stats, 0, sizeof(work->stats));
     work->no_memory = false;
     return work->cells && work->left && work->bits;
@@ -56,6 +60,9 @@ void exact_work_finish(struct exact_work *work)
     memory_free(work->context, work->cluster_state);
     memory_free(work->context, work->kept);
     memory_free(work->context, work->centers);
+    memory_free(work->context, work->vertex_weight);
+    memory_free(work->context, work->ends);
+    memory_free(work->context, work->edges.steps);
     memory_free(work->context, work->list[0]);
     memory_free(work->context, work->list[1]);
     memory_free(work->context, work->edges.fixed);
@@ -66,7 +73,5 @@ void exact_work_finish(struct exact_work *work)
     memory_free(work->context, work->left);
     memory_free(work->context, work->candidates);
     memory_free(work->context, work->bits);
-    memory_free(work->context, work->picks.at);
-    memory_free(work->context, work->picks.open);
-    memory_free(work->context, work->picks.change);
+    memory_free(work->context, work->picks_memory);
 }
