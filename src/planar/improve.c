@@ -24,46 +24,42 @@
  */
 #include "planar/inside.h"
 
+#include <string.h>
+
 struct quad {
     uint32_t a, b, c, d;
 };
 
-static bool flat(const float *v, uint32_t a, uint32_t b, uint32_t c)
+/* Exact: differences fit 31 bits, squares 62, their sum 63. */
+static inline int64_t length2(struct planar_point a, struct planar_point b)
 {
-    return v[a] == v[b] && v[b] == v[c];
-}
-
-static double length2(struct planar_point a, struct planar_point b)
-{
-    double dx = (double)a.x - b.x, dy = (double)a.y - b.y;
+    int64_t dx = (int64_t)a.x - b.x, dy = (int64_t)a.y - b.y;
     return dx * dx + dy * dy;
 }
 
-/* Is c-d better than a-b? */
-static bool better(const struct planar_point *p, const struct planar_improve *how, struct quad q,
-                   int32_t level)
+/* Is c-d better than a-b? Without branches where they would be foretold wrongly. */
+static inline bool better(const struct planar_point *p, const struct planar_improve *how,
+                          struct quad q, int32_t level)
 {
     if (how->avoid && (level >= how->avoid_above || level <= how->avoid_below)) {
+        /* Even faces: their shape does not matter. */
         bool old = how->avoid[q.a] || how->avoid[q.b], new = how->avoid[q.c] || how->avoid[q.d];
-        if (old != new)
-            return old;
-        return false; /* even faces: their shape does not matter */
+        return old && !new;
     }
-    switch (how->rule) {
-    case PLANAR_RULE_SWEEP: return false;
-    case PLANAR_RULE_NEAREST: {
-        const float *v = how->values;
-        if (v) {
-            int old = flat(v, q.a, q.b, q.c) + flat(v, q.b, q.a, q.d);
-            int new = flat(v, q.a, q.d, q.c) + flat(v, q.d, q.b, q.c);
-            if (old != new)
-                return new < old;
-        }
-        return length2(p[q.c], p[q.d]) < length2(p[q.a], p[q.b]);
+    if (how->rule == PLANAR_RULE_DELAUNAY)
+        return planar_in_circle(p[q.a], p[q.b], p[q.c], p[q.d]);
+    if (how->rule != PLANAR_RULE_NEAREST)
+        return false;
+    int saved = 0; /* flat triangles */
+    if (how->values) {
+        float a = how->values[q.a], b = how->values[q.b], c = how->values[q.c],
+              d = how->values[q.d];
+        int old = (a == b) & (c == a), old2 = (a == b) & (d == a);
+        int new = (c == d) & (a == c), new2 = (c == d) & (b == c);
+        saved = old + old2 - new - new2;
     }
-    case PLANAR_RULE_DELAUNAY: return planar_in_circle(p[q.a], p[q.b], p[q.c], p[q.d]);
-    }
-    return false;
+    bool shorter = length2(p[q.c], p[q.d]) < length2(p[q.a], p[q.b]);
+    return (saved > 0) | ((saved == 0) & shorter);
 }
 
 static void relink(struct planar_triangle *t, uint32_t half, uint32_t other)
@@ -73,67 +69,77 @@ static void relink(struct planar_triangle *t, uint32_t half, uint32_t other)
         t[other / 3].near[other % 3] = half;
 }
 
-static void push(struct planar_workspace *w, uint32_t half)
+/* Puts a side on the list of those to look at, unless it is there. */
+static inline void push(struct planar_workspace *w, uint32_t half)
 {
     uint32_t other = w->triangles[half / 3].near[half % 3];
-    if (other == PLANAR_NONE)
-        return;
     uint32_t key = half < other ? half : other;
-    if (w->queued[key] || !ROOM(w, stack, 1))
+    if (other == PLANAR_NONE || w->queued[key] || !ROOM(w, stack, 1))
         return;
     w->queued[key] = 1;
     w->stack[w->stack_count++] = key;
 }
 
-size_t planar_improve(struct planar_workspace *w, const struct planar_result *result,
-                      const struct planar_improve *how)
+/* Exchanges the diagonal that is side k of triangle i, if that is better and possible. */
+static inline bool exchange(struct planar_workspace *w, const struct planar_result *result,
+                            const struct planar_improve *how, uint32_t i, uint32_t k)
 {
     struct planar_triangle *t = result->triangles;
     const struct planar_point *p = result->points;
+    uint32_t other = t[i].near[k];
+    if (other == PLANAR_NONE)
+        return false;
+    uint32_t j = other / 3, m = other - 3 * j;
+    uint32_t k1 = k == 2 ? 0 : k + 1, k2 = k == 0 ? 2 : k - 1;
+    uint32_t m1 = m == 2 ? 0 : m + 1, m2 = m == 0 ? 2 : m - 1;
+    struct quad q = {t[i].v[k], t[i].v[k1], t[i].v[k2], t[j].v[m2]};
+    if (!better(p, how, q, t[i].level) || planar_orient(p[q.a], p[q.d], p[q.c]) <= 0 ||
+        planar_orient(p[q.d], p[q.b], p[q.c]) <= 0)
+        return false;
+    uint32_t bc = t[i].near[k1], ca = t[i].near[k2], ad = t[j].near[m1], db = t[j].near[m2];
+    t[i] = (struct planar_triangle){{q.a, q.d, q.c}, {0, 0, 0}, t[i].level};
+    t[j] = (struct planar_triangle){{q.d, q.b, q.c}, {0, 0, 0}, t[j].level};
+    relink(t, 3 * i, ad);
+    relink(t, 3 * i + 1, 3 * j + 2);
+    relink(t, 3 * i + 2, ca);
+    relink(t, 3 * j, db);
+    relink(t, 3 * j + 1, bc);
+    push(w, 3 * i);
+    push(w, 3 * i + 2);
+    push(w, 3 * j);
+    push(w, 3 * j + 1);
+    return true;
+}
+
+size_t planar_improve(struct planar_workspace *w, const struct planar_result *result,
+                      const struct planar_improve *how)
+{
+    const struct planar_triangle *t = result->triangles;
     size_t halves = 3 * result->triangle_count, exchanged = 0;
     w->stack_count = w->queued_count = 0;
     if (!ROOM(w, queued, halves) || !ROOM(w, stack, halves)) {
         w->no_memory = false; /* the triangles stay as they are */
         return 0;
     }
-    for (size_t i = 0; i < halves; i++)
-        w->queued[i] = 0;
-    for (uint32_t i = 0; i < halves; i++) {
-        const struct planar_triangle *x = &t[i / 3];
-        if (x->near[i % 3] <= i || x->near[i % 3] == PLANAR_NONE)
-            continue;
-        if (how->avoid && (x->level >= how->avoid_above || x->level <= how->avoid_below) &&
-            !how->avoid[x->v[i % 3]] && !how->avoid[x->v[(i + 1) % 3]])
-            continue;
-        push(w, i);
-    }
+    if (halves > 0)
+        memset(w->queued, 0, halves);
+    /* Once over all sides, then those around what was exchanged. */
+    for (uint32_t i = 0; i < result->triangle_count; i++)
+        for (uint32_t k = 0; k < 3; k++) {
+            uint32_t other = t[i].near[k];
+            if (other <= 3 * i + k || other == PLANAR_NONE)
+                continue;
+            if (how->avoid && (t[i].level >= how->avoid_above || t[i].level <= how->avoid_below) &&
+                !how->avoid[t[i].v[k]] && !how->avoid[t[i].v[k == 2 ? 0 : k + 1]])
+                continue;
+            exchanged += exchange(w, result, how, i, k);
+        }
     /* Both rules end; the bound is against surprises. */
     size_t bound = 100 * halves + 10000;
     while (w->stack_count > 0 && exchanged < bound) {
         uint32_t half = w->stack[--w->stack_count];
         w->queued[half] = 0;
-        uint32_t i = half / 3, k = half % 3, other = t[i].near[k];
-        if (other == PLANAR_NONE)
-            continue;
-        uint32_t j = other / 3, m = other % 3;
-        uint32_t k1 = (k + 1) % 3, k2 = (k + 2) % 3, m1 = (m + 1) % 3, m2 = (m + 2) % 3;
-        struct quad q = {t[i].v[k], t[i].v[k1], t[i].v[k2], t[j].v[m2]};
-        if (!better(p, how, q, t[i].level) || planar_orient(p[q.a], p[q.d], p[q.c]) <= 0 ||
-            planar_orient(p[q.d], p[q.b], p[q.c]) <= 0)
-            continue;
-        uint32_t bc = t[i].near[k1], ca = t[i].near[k2], ad = t[j].near[m1], db = t[j].near[m2];
-        t[i] = (struct planar_triangle){{q.a, q.d, q.c}, {0, 0, 0}, t[i].level};
-        t[j] = (struct planar_triangle){{q.d, q.b, q.c}, {0, 0, 0}, t[j].level};
-        relink(t, 3 * i, ad);
-        relink(t, 3 * i + 1, 3 * j + 2);
-        relink(t, 3 * i + 2, ca);
-        relink(t, 3 * j, db);
-        relink(t, 3 * j + 1, bc);
-        exchanged++;
-        push(w, 3 * i);
-        push(w, 3 * i + 2);
-        push(w, 3 * j);
-        push(w, 3 * j + 1);
+        exchanged += exchange(w, result, how, half / 3, half % 3);
     }
     w->no_memory = false;
     return exchanged;

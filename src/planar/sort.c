@@ -1,6 +1,7 @@
 /* planar/sort.c: points in the order of the sweep.
  *
- * Radix sort by x (digits of 8 bits for few points, 11 for many), then runs of equal x by y. O(n).
+ * Radix sort by the highest bits of x (16 for few points, 22 for many), then runs that share them
+ * by x and y. O(n), and O(n log n) where all points share them.
  */
 #include "planar/inside.h"
 
@@ -23,16 +24,21 @@ static void radix_pass(const struct sort_item *in, struct sort_item *out, size_t
         out[histogram[in[i].x >> shift & mask]++] = in[i];
 }
 
-/* A run of equal x: insertion for the usual short ones, heap sort for long ones. */
+/* A run of nearly equal x: insertion for the usual short ones, heap sort for long ones. */
+static bool later(const struct planar_point *p, struct sort_item a, struct sort_item b)
+{
+    return a.x > b.x || (a.x == b.x && p[a.index].y > p[b.index].y);
+}
+
 static void sift(const struct planar_point *p, struct sort_item *run, size_t root, size_t count)
 {
     for (;;) {
         size_t child = 2 * root + 1;
         if (child >= count)
             return;
-        if (child + 1 < count && p[run[child + 1].index].y > p[run[child].index].y)
+        if (child + 1 < count && later(p, run[child + 1], run[child]))
             child++;
-        if (p[run[root].index].y >= p[run[child].index].y)
+        if (!later(p, run[child], run[root]))
             return;
         struct sort_item t = run[root];
         run[root] = run[child];
@@ -47,7 +53,7 @@ static void sort_run(const struct planar_point *p, struct sort_item *run, size_t
         for (size_t i = 1; i < count; i++) {
             struct sort_item t = run[i];
             size_t j = i;
-            for (; j > 0 && p[run[j - 1].index].y > p[t.index].y; j--)
+            for (; j > 0 && later(p, run[j - 1], t); j--)
                 run[j] = run[j - 1];
             run[j] = t;
         }
@@ -80,19 +86,23 @@ bool sort_points(struct planar_workspace *w, const struct planar_point *points, 
     struct sort_item *from = w->sorted, *to = w->spare;
     for (size_t i = 0; i < count; i++)
         from[i] = (struct sort_item){(uint32_t)(points[i].x - smallest), (uint32_t)i};
+    /* Two passes over the highest digits; runs that share them are sorted one by one. */
     uint32_t range = (uint32_t)(largest - smallest);
-    int bits = count < 1500 ? 8 : 11;
-    for (int shift = 0; shift < 32 && range >> shift; shift += bits) {
+    int bits = count < 1500 ? 8 : 11, top = 0;
+    while (top < 32 && range >> top)
+        top++;
+    int low = top > 2 * bits ? top - 2 * bits : 0;
+    for (int shift = low; shift < top; shift += bits) {
         int width = shift + bits > 32 ? 32 - shift : bits;
         radix_pass(from, to, count, shift, width, histogram);
         struct sort_item *t = from;
         from = to;
         to = t;
     }
-    /* Order equal x by y, then give equal points one rank. */
+    /* Order within runs, then give equal points one rank. */
     for (size_t i = 0; i < count;) {
         size_t j = i + 1;
-        while (j < count && from[j].x == from[i].x)
+        while (j < count && from[j].x >> low == from[i].x >> low)
             j++;
         if (j - i > 1)
             sort_run(points, from + i, j - i);

@@ -72,6 +72,21 @@ static struct crossing heap_pop(struct planar_workspace *w)
     return top;
 }
 
+/* Where in the status an edge is: mostly where it was put, or a few places off. The status' length:
+ * further off. */
+static size_t find_near(const struct planar_workspace *w, uint32_t edge)
+{
+    const uint32_t *status = w->status;
+    size_t n = w->status_count, hint = w->work[edge].hint;
+    for (size_t d = 0; d <= HINT_REACH; d++) {
+        if (hint + d < n && status[hint + d] == edge)
+            return hint + d;
+        if (d <= hint && hint - d < n && status[hint - d] == edge)
+            return hint - d;
+    }
+    return n;
+}
+
 /* Those of the status that run through p: [*lo, *hi). */
 static void find_range(struct planar_workspace *w, struct planar_point p, uint32_t ends, size_t *lo,
                        size_t *hi)
@@ -80,21 +95,9 @@ static void find_range(struct planar_workspace *w, struct planar_point p, uint32
     const struct sweep_edge *work = w->work;
     size_t n = w->status_count;
     size_t first, last;
-    /* An edge that ends here is mostly where it was, or a few places off. */
     size_t at = n;
-    if (ends != PLANAR_NONE && planar_same(work[ends].r, p)) {
-        size_t hint = work[ends].hint;
-        for (size_t d = 0; d <= HINT_REACH; d++) {
-            if (hint + d < n && status[hint + d] == ends) {
-                at = hint + d;
-                break;
-            }
-            if (d <= hint && hint - d < n && status[hint - d] == ends) {
-                at = hint - d;
-                break;
-            }
-        }
-    }
+    if (ends != PLANAR_NONE && planar_same(work[ends].r, p))
+        at = find_near(w, ends);
     if (at < n) {
         first = at;
         last = first + 1;
@@ -158,10 +161,9 @@ static bool ordered(const struct sweep_edge *f, const struct sweep_edge *g)
     return side(g, f->l) < 0;
 }
 
-/* Remembers of an edge of the status that the point at hand nearly touches it. */
-static inline void note_graze(struct sweep_edge *e, struct planar_point p)
+/* Remembers of an edge of the status that the point at hand nearly touches it; s: side(e, p). */
+static inline void note_graze(struct sweep_edge *e, struct planar_point p, int64_t s)
 {
-    int64_t s = side(e, p);
     int64_t dx = e->r.x - e->l.x, dy = e->r.y > e->l.y ? e->r.y - e->l.y : e->l.y - e->r.y;
     int64_t near = 4 * (dx + dy); /* at least 4 grid units times the edge's length */
     if (s > near || s < -near)
@@ -217,16 +219,22 @@ static bool fits(const struct planar_workspace *w, size_t i, struct planar_point
 
 /* Do the status' edges i and i + 1 cross to the right of p? Then cut them there: at the nearest
  * grid point, or at another corner of the grid cell if that would put something out of order. */
-static void check_pair(struct planar_workspace *w, size_t i, struct planar_point p, int depth)
+static void cut_pair(struct planar_workspace *w, size_t i, struct planar_point p, int depth);
+
+static inline void check_pair(struct planar_workspace *w, size_t i, struct planar_point p,
+                              int depth)
+{
+    const struct sweep_edge *f = &w->work[w->status[i]], *g = &w->work[w->status[i + 1]];
+    bool first = planar_before(g->r, f->r); /* g ends first */
+    int64_t s = first ? side(f, g->r) : -side(g, f->r);
+    if (s < 0)
+        cut_pair(w, i, p, depth);
+}
+
+static void cut_pair(struct planar_workspace *w, size_t i, struct planar_point p, int depth)
 {
     uint32_t fi = w->status[i], gi = w->status[i + 1];
     const struct sweep_edge *f = &w->work[fi], *g = &w->work[gi];
-    if (planar_before(g->r, f->r)) {
-        if (side(f, g->r) >= 0)
-            return;
-    } else if (side(g, f->r) <= 0) {
-        return;
-    }
     double rest_x, rest_y;
     struct planar_point cell = crossing_cell(f, g, &rest_x, &rest_y), c = cell;
     bool found = false;
@@ -323,6 +331,116 @@ static void finish_edge(struct planar_workspace *w, uint32_t id, uint32_t point)
     }
     if (ROOM(w, edges, 1))
         w->edges[w->edges_count++] = (struct planar_edge){e->lid, point, e->below, above(e)};
+}
+
+/* The usual point: where a chain merely bends, and no other edge passes. The new edge takes the old
+ * one's place. False, and nothing done: the point is another one. */
+static bool pass_on(struct planar_workspace *w, struct planar_point p, uint32_t id, uint32_t first,
+                    uint32_t ends)
+{
+    struct sweep_edge *old = &w->work[ends], *new = &w->work[first];
+    if (new->next != PLANAR_NONE || old->delta != new->delta || !planar_same(old->r, p))
+        return false;
+    size_t at = find_near(w, ends), n = w->status_count;
+    if (at == n)
+        return false;
+    uint32_t *status = w->status;
+    struct sweep_edge *lower = at > 0 ? &w->work[status[at - 1]] : NULL;
+    struct sweep_edge *upper = at + 1 < n ? &w->work[status[at + 1]] : NULL;
+    int64_t over = lower ? side(lower, p) : 1, under = upper ? side(upper, p) : -1;
+    if (over <= 0 || under >= 0 || !ROOM(w, edges, 1))
+        return false;
+    new->below = old->below;
+    new->lid = id;
+    new->hint = (uint32_t)at;
+    if (w->triangulate) {
+        if (lower && filled(w, old->below))
+            fill_attach_top(w, lower, id, old->below);
+        if (upper && filled(w, above(old))) {
+            fill_attach_bottom(w, old, id, above(old));
+            new->low = old->low;
+            new->high = old->high;
+            new->last = old->last;
+        }
+    }
+    finish_edge(w, ends, id);
+    status[at] = first;
+    if (new->rid != PLANAR_NONE)
+        w->incoming[new->rid] = first;
+    if (lower)
+        note_graze(lower, p, over);
+    if (upper)
+        note_graze(upper, p, under);
+    if (lower)
+        check_pair(w, at - 1, p, 0);
+    if (upper && !w->trouble)
+        check_pair(w, at, p, 0);
+    return true;
+}
+
+/* The usual crossing: two edges that meet nowhere else and no third one. Their rests change places.
+ * False, and nothing done: it is another one. */
+static bool swap(struct planar_workspace *w, struct planar_point p, uint32_t first, uint32_t ends)
+{
+    uint32_t second = w->work[first].next;
+    if (second == PLANAR_NONE || w->work[second].next != PLANAR_NONE)
+        return false;
+    size_t at = find_near(w, ends), n = w->status_count;
+    if (at + 1 >= n)
+        return false;
+    uint32_t *status = w->status;
+    struct sweep_edge *f = &w->work[status[at]], *g = &w->work[status[at + 1]];
+    struct sweep_edge *a = &w->work[first], *b = &w->work[second];
+    /* As cut_pair() leaves them: the first rest is that of f. */
+    if (!planar_same(f->r, p) || !planar_same(g->r, p) || a->delta != f->delta ||
+        b->delta != g->delta || planar_orient(p, b->r, a->r) <= 0)
+        return false;
+    struct sweep_edge *lower = at > 0 ? &w->work[status[at - 1]] : NULL;
+    struct sweep_edge *upper = at + 2 < n ? &w->work[status[at + 2]] : NULL;
+    int64_t over = lower ? side(lower, p) : 1, under = upper ? side(upper, p) : -1;
+    if (over <= 0 || under >= 0 || !ROOM(w, edges, 2) || !ROOM(w, points, 1))
+        return false;
+    uint32_t id = (uint32_t)w->points_count;
+    w->points[w->points_count++] = p;
+    if (w->triangulate) {
+        int32_t level = f->below, middle = above(f), top = above(g);
+        if (lower && filled(w, level))
+            fill_attach_top(w, lower, id, level);
+        if (filled(w, middle))
+            fill_close(w, f, id, middle);
+        if (upper && filled(w, top)) {
+            fill_attach_bottom(w, g, id, top);
+            a->low = g->low;
+            a->high = g->high;
+            a->last = g->last;
+        }
+        if (filled(w, level + b->delta))
+            fill_start(w, b, id);
+        if (w->no_memory || w->trouble)
+            return true;
+    }
+    b->below = f->below;
+    a->below = f->below + b->delta;
+    a->lid = b->lid = id;
+    b->hint = (uint32_t)at;
+    a->hint = (uint32_t)at + 1;
+    finish_edge(w, status[at], id);
+    finish_edge(w, status[at + 1], id);
+    status[at] = second;
+    status[at + 1] = first;
+    if (a->rid != PLANAR_NONE)
+        w->incoming[a->rid] = first;
+    if (b->rid != PLANAR_NONE)
+        w->incoming[b->rid] = second;
+    if (lower)
+        note_graze(lower, p, over);
+    if (upper)
+        note_graze(upper, p, under);
+    if (lower)
+        check_pair(w, at - 1, p, 0);
+    if (upper && !w->trouble)
+        check_pair(w, at + 1, p, 0);
+    return true;
 }
 
 /* One point of the sweep. first: the list of the edges that start there; ends: hint, an edge that
@@ -458,9 +576,9 @@ static void meet(struct planar_workspace *w, struct planar_point p, uint32_t id,
     memory_free(w->context, large);
 
     if (lo > 0)
-        note_graze(&w->work[w->status[lo - 1]], p);
+        note_graze(&w->work[w->status[lo - 1]], p, side(&w->work[w->status[lo - 1]], p));
     if (lo + count < w->status_count)
-        note_graze(&w->work[w->status[lo + count]], p);
+        note_graze(&w->work[w->status[lo + count]], p, side(&w->work[w->status[lo + count]], p));
 
     /* New neighbours. */
     if (lo > 0 && lo < w->status_count)
@@ -507,7 +625,10 @@ static void sweep_once(struct planar_workspace *w, const struct planar_point *po
         if (w->heap_count == 0 || (i < n && planar_before(w->points[i], w->heap[0].p))) {
             if (i == n)
                 break;
-            meet(w, w->points[i], (uint32_t)i, w->first[i], w->incoming[i]);
+            uint32_t first = w->first[i], ends = w->incoming[i];
+            if (first == PLANAR_NONE || ends == PLANAR_NONE || w->trapezoid ||
+                !pass_on(w, w->points[i], (uint32_t)i, first, ends))
+                meet(w, w->points[i], (uint32_t)i, first, ends);
             i++;
             continue;
         }
@@ -531,7 +652,8 @@ static void sweep_once(struct planar_workspace *w, const struct planar_point *po
                 list = e;
             }
         }
-        meet(w, c.p, id, list, c.ends);
+        if (id != PLANAR_NONE || list == PLANAR_NONE || w->trapezoid || !swap(w, c.p, list, c.ends))
+            meet(w, c.p, id, list, c.ends);
     }
     w->trouble |= w->status_count > 0 && !w->no_memory && !w->unclosed;
     for (size_t i = 0; i < w->trapezoids_count; i++) {

@@ -376,9 +376,10 @@ static pnb_status copy_part(struct shadow_builder *b, const struct planar_result
         !memory_reserve(b->context, (void **)&part->edges, &part->edge_capacity, 0, r->edge_count,
                         sizeof(*part->edges)))
         return status_no_memory(b->context, r->point_count * 16);
+    double step = 1 / g->scale;
     for (size_t i = 0; i < r->point_count; i++) {
-        part->points[2 * i] = g->x + r->points[i].x / g->scale;
-        part->points[2 * i + 1] = g->y + r->points[i].y / g->scale;
+        part->points[2 * i] = g->x + r->points[i].x * step;
+        part->points[2 * i + 1] = g->y + r->points[i].y * step;
     }
     part->point_count = r->point_count;
     for (size_t i = 0; i < r->triangle_count; i++) {
