@@ -10,5 +10,6 @@ int command_shadow(int argc, char **argv);
 int command_info(int argc, char **argv);
 int command_methods(int argc, char **argv);
 int command_scenes(int argc, char **argv);
+int command_view(int argc, char **argv);
 
 #endif

@@ -20,14 +20,12 @@ static const struct entry entries[] = {
      command_compare},
     {"shadow", "SCENE", "the shadow on a plane as geometry: SVG, PDF, GLB, ...", command_shadow},
     {"bench", "[SUITE]", "measurements", command_bench},
+    {"view", "[SCENE]", "a window: drag the light and watch", command_view},
     {"info", "SCENE", "what is in a scene, and what each method can do with it", command_info},
     {"methods", "[NAME]", "the shadow methods and their parameters", command_methods},
     {"scenes", "", "the built-in scenes", command_scenes},
 };
 #define ENTRY_COUNT (sizeof(entries) / sizeof(entries[0]))
-
-/* Named by the documents, not there yet. */
-static const char *const planned[] = {"view"};
 
 static void print_help(void)
 {
@@ -59,9 +57,6 @@ static const struct entry *find_entry(const char *name)
 
 static int unknown_command(const char *name)
 {
-    for (size_t i = 0; i < sizeof(planned) / sizeof(planned[0]); i++)
-        if (strcmp(planned[i], name) == 0)
-            return cli_usage_error(NULL, name, "this command is planned, and not built yet");
     const char *names[ENTRY_COUNT];
     for (size_t i = 0; i < ENTRY_COUNT; i++)
         names[i] = entries[i].name;

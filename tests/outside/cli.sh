@@ -49,7 +49,6 @@ refuses() { # name status pattern arguments...
 refuses no_command 2 'command is missing'
 refuses unknown_command 2 "no command 'rendr'; did you mean 'render'" rendr
 refuses unknown_option_instead_of_command 2 "no option '--frobnicate'" --frobnicate
-refuses planned_command 2 'not built yet' view
 refuses too_much_after_help 2 'too many' --help extra
 refuses missing_scene 2 'missing SCENE' render
 refuses two_scenes 2 'too many' render a.json b.json

@@ -1,0 +1,56 @@
+/* viewer/frame.h: a finished picture with its figures, handed from the worker to the window.
+ *
+ * Frames are counted references; the last one out gives the memory back to the pool that it came
+ * from, so that a running viewer allocates nothing.
+ */
+#ifndef VIEWER_FRAME_H
+#define VIEWER_FRAME_H
+
+#include "state.h"
+
+struct view_times { /* milliseconds */
+    double update, primary, visibility[VIEW_SIDES], shade;
+};
+
+struct view_frame {
+    int references;
+    struct view_frame_pool *pool;
+    size_t capacity; /* pixels that the arrays hold */
+
+    uint64_t scene_id, serial;
+    int width, height; /* pixels */
+    bool full;         /* as many as the canvas has */
+    bool moving;
+    bool compare;
+    enum view_show show;
+    double error_scale;
+    size_t light; /* of the visibility */
+    int64_t wanted_us;
+    struct view_times times;
+    double exposure; /* in use */
+
+    uint8_t *rgba[VIEW_SIDES]; /* width x height x 4, sRGB */
+    float *visibility[VIEW_SIDES];
+    float *truth;
+    uint32_t *objects;
+    int truth_samples; /* 0: no truth */
+    const pnb_method_info *methods[VIEW_SIDES];
+    int samples[VIEW_SIDES];
+    pnb_errors errors[VIEW_SIDES]; /* if there is a truth */
+    char message[VIEW_SIDES][256]; /* why a side has no shadow; "" */
+    char device[128];
+    char warning[256]; /* the first one of the solvers; "" */
+};
+
+struct view_frame_pool *view_frame_pool_create(void);
+/* Frames in flight stay valid. */
+void view_frame_pool_unref(struct view_frame_pool *pool);
+
+/* Everything zero but the arrays, which hold width x height pixels, and room for `capacity`, so
+ * that frames of fewer pixels and of all of them share memory. NULL: out of memory. */
+struct view_frame *view_frame_acquire(struct view_frame_pool *pool, int width, int height,
+                                      size_t capacity);
+struct view_frame *view_frame_ref(struct view_frame *frame);
+void view_frame_unref(struct view_frame *frame);
+
+#endif

@@ -1,0 +1,74 @@
+/* viewer/pacing.c: how many pixels a frame may have while something moves. */
+#include "pacing.h"
+
+#include <math.h>
+
+#define BUDGET_MS   42.0 /* a frame of the worker: some 22 to 24 a second reach the screen */
+#define UP_AFTER    3
+#define HOLD_FRAMES 60
+
+void view_pacing_reset(struct view_pacing *pacing)
+{
+    /* Nothing is known: begin with few pixels, so that even a method of seconds answers. */
+    *pacing = (struct view_pacing){.level = 12, .lowest = VIEW_PACING_LEVELS - 1};
+}
+
+static int side(int pixels, int level)
+{
+    int scaled = (int)lround(pixels * pow(2, -0.25 * level));
+    return scaled < 8 ? (pixels < 8 ? pixels : 8) : scaled;
+}
+
+void view_pacing_size(const struct view_pacing *pacing, int width, int height, int *out_width,
+                      int *out_height)
+{
+    *out_width = side(width, pacing->level);
+    *out_height = side(height, pacing->level);
+}
+
+static int clamp_level(int level)
+{
+    return level < 0 ? 0 : level >= VIEW_PACING_LEVELS ? VIEW_PACING_LEVELS - 1 : level;
+}
+
+/* Of all levels with at least twice the pixels that took hardly longer, the one with most. */
+static int as_good(const struct view_pacing *pacing, int level, double ms)
+{
+    for (int k = 0; k + 2 <= level; k++)
+        if (pacing->ms_at[k] > 0 && pacing->ms_at[k] < 1.3 * ms)
+            return k;
+    return level;
+}
+
+void view_pacing_learn(struct view_pacing *pacing, int level, double ms)
+{
+    double over = 2 * log2(fmax(ms, 0.01) / BUDGET_MS);
+    int wanted = clamp_level(level + (int)ceil(over));
+    pacing->ms_at[level] = ms;
+    if (pacing->hold > 0 && --pacing->hold == 0)
+        pacing->lowest = VIEW_PACING_LEVELS - 1;
+    if (!pacing->known) {
+        pacing->level = wanted;
+    } else if (over > 0.15) {
+        int good = as_good(pacing, level, ms);
+        if (good < level) {
+            pacing->lowest = wanted = good;
+            pacing->hold = HOLD_FRAMES;
+        }
+        pacing->level = wanted < pacing->lowest ? wanted : pacing->lowest;
+        pacing->quick = 0;
+    } else if (over < -1.15 && level > 0) {
+        if (++pacing->quick >= UP_AFTER) {
+            pacing->level = level - 1;
+            pacing->quick = 0;
+        }
+    } else {
+        pacing->quick = 0;
+    }
+    pacing->known = true;
+}
+
+double view_pacing_predict(int level, double ms)
+{
+    return ms * pow(2, 0.5 * level);
+}

@@ -1,0 +1,36 @@
+/* viewer/script.h: drives the window as a hand would, for measurements, tests and pictures.
+ *
+ * A script is a name (first, drag, drag-object, orbit) or a file of lines:
+ *   wait scene|full|rest|MILLISECONDS   what the worker has to reach first
+ *   open PATH, drop PATH                then waits until it is open or has failed
+ *   save PATH, screenshot PATH, window PATH
+ *   method NAME, second NAME|off, samples N, param KEY=VALUE, truth N
+ *   show picture|visibility|error, divider SHARE, page NAME, theme light|dark
+ *   select light|object INDEX|NAME, add-light SHAPE, remove-light, shape SHAPE
+ *   point X Y, press X Y|HANDLE, move X Y, move-by DX DY, release, click X Y    pixels
+ *   step DX DY, zoom FACTOR, action NAME
+ *   drag light|object|camera            a measured drag of --frames frames
+ *   play, stop
+ *   expect banner|no-banner|readout|progress|moved|still [TEXT]
+ *   print, quit
+ * HANDLE: move, x, y, z, u, v, aim, spin. Lines that begin with # are comments. A script that
+ * cannot go on says why and ends the program with status 1.
+ */
+#ifndef VIEWER_SCRIPT_H
+#define VIEWER_SCRIPT_H
+
+#include "app.h"
+
+struct view_script;
+
+/* NULL if no script is asked for; the calls below take NULL. */
+struct view_script *view_script_create(struct view_app *app);
+void view_script_destroy(struct view_script *script);
+
+void view_script_notify(struct view_script *script);
+void view_script_failed(struct view_script *script);
+void view_script_saved(struct view_script *script);
+/* The frame clock has put something on the screen. */
+void view_script_painted(struct view_script *script, int64_t now_us);
+
+#endif
