@@ -5,6 +5,7 @@
 #include "session.h"
 
 #include <errno.h>
+#include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -52,15 +53,10 @@ static bool find_viewer(char *path, size_t size)
     return try_folder(PNB_LIBEXECDIR, "", path, size);
 }
 
-/* "METHOD,METHOD": the window shows two at most, with the numbers of samples that they have. */
-static int check_methods(const struct cli_options *options)
+static int check_line(const struct cli_options *options)
 {
-    if (options->method_count > 2)
+    if (options->choice_count > 2)
         return cli_usage_error("view", "--methods", "the window shows two methods at most");
-    for (size_t i = 0; i < options->method_count; i++)
-        if (options->method_samples[i])
-            return cli_usage_error("view", "--methods",
-                                   "takes names alone here; -n gives the samples of the first");
     if (options->size_given && (options->width < 64 || options->height < 64 ||
                                 options->width > 8192 || options->height > 8192))
         return cli_usage_error("view", "--size",
@@ -69,77 +65,124 @@ static int check_methods(const struct cli_options *options)
     return CLI_GO_ON;
 }
 
+/* The viewer's command line. Texts made for it are its own. */
+struct line {
+    char **argv, **made;
+    size_t count, made_count;
+};
+
+static bool line_init(struct line *line, const struct cli_options *options)
+{
+    size_t most = 64 + 2 * (options->param_count + options->light_count);
+    for (size_t i = 0; i < options->choice_count; i++)
+        most += 4 + 2 * options->choices[i].param_count;
+    *line =
+        (struct line){.argv = calloc(most, sizeof(char *)), .made = calloc(most, sizeof(char *))};
+    if (line->argv && line->made)
+        return true;
+    free(line->argv);
+    free(line->made);
+    return false;
+}
+
+static void line_finish(struct line *line)
+{
+    for (size_t i = 0; i < line->made_count; i++)
+        free(line->made[i]);
+    free(line->argv);
+    free(line->made);
+}
+
+static void add(struct line *line, const char *text)
+{
+    line->argv[line->count++] = (char *)text;
+}
+
+static void add_made(struct line *line, const char *option, const char *format, ...)
+    __attribute__((format(printf, 3, 4)));
+static void add_made(struct line *line, const char *option, const char *format, ...)
+{
+    va_list arguments;
+    char *text;
+    va_start(arguments, format);
+    if (vasprintf(&text, format, arguments) >= 0) {
+        line->made[line->made_count++] = text;
+        add(line, option);
+        add(line, text);
+    }
+    va_end(arguments);
+}
+
+static void add_settings(struct line *line, int samples, const pnb_solver_param *params,
+                         size_t count)
+{
+    if (samples)
+        add_made(line, "-n", "%d", samples);
+    for (size_t i = 0; i < count; i++)
+        add_made(line, "-p", "%s=%s", params[i].key, params[i].value);
+}
+
+/* -n and -p belong to the -m before them; those of the whole line to the first method. */
+static void add_methods(struct line *line, const struct cli_options *options)
+{
+    for (size_t i = 0; i < options->choice_count; i++) {
+        const struct cli_choice *choice = &options->choices[i];
+        add(line, "-m");
+        add(line, choice->method);
+        if (i == 0)
+            add_settings(line, options->samples, options->params, options->param_count);
+        add_settings(line, choice->samples, choice->params, choice->param_count);
+    }
+    if (options->choice_count == 0)
+        add_settings(line, options->samples, options->params, options->param_count);
+}
+
 static int start(const struct cli_options *options, const char *script, const char *frames,
                  bool full_size)
 {
-    char path[4200], size[64], threads[32], samples[32];
+    char path[4200], size[64], threads[32];
     if (!find_viewer(path, sizeof(path)))
         return cli_error(PROGRAM, "not found: this penumbra was built without its window (GTK 4, "
                                   "Debian: libgtk-4-dev)");
-    size_t most = 32 + 2 * (options->param_count + options->light_count + options->method_count);
-    char **argv = calloc(most, sizeof(*argv));
-    char **params = calloc(options->param_count + 1, sizeof(*params));
-    if (!argv || !params) {
-        free(argv);
-        free(params);
+    struct line line;
+    if (!line_init(&line, options))
         return cli_error("memory", "none left");
-    }
-    size_t count = 0;
-    argv[count++] = (char *)PROGRAM;
+    add(&line, PROGRAM);
     if (options->operand_count)
-        argv[count++] = (char *)options->operands[0];
-    for (size_t i = 0; i < options->method_count; i++) {
-        argv[count++] = (char *)"-m";
-        argv[count++] = (char *)options->methods[i];
-    }
-    for (size_t i = 0; i < options->param_count; i++) {
-        if (asprintf(&params[i], "%s=%s", options->params[i].key, options->params[i].value) < 0)
-            params[i] = NULL;
-        if (!params[i])
-            continue;
-        argv[count++] = (char *)"-p";
-        argv[count++] = params[i];
-    }
+        add(&line, options->operands[0]);
+    add_methods(&line, options);
     for (size_t i = 0; i < options->light_count; i++) {
-        argv[count++] = (char *)"--light";
-        argv[count++] = (char *)options->lights[i];
+        add(&line, "--light");
+        add(&line, options->lights[i]);
     }
     if (options->size_given) {
         snprintf(size, sizeof(size), "%dx%d", options->width, options->height);
-        argv[count++] = (char *)"-s";
-        argv[count++] = size;
+        add(&line, "-s");
+        add(&line, size);
     }
     if (options->threads) {
         snprintf(threads, sizeof(threads), "%d", options->threads);
-        argv[count++] = (char *)"--threads";
-        argv[count++] = threads;
-    }
-    if (options->samples) {
-        snprintf(samples, sizeof(samples), "%d", options->samples);
-        argv[count++] = (char *)"-n";
-        argv[count++] = samples;
+        add(&line, "--threads");
+        add(&line, threads);
     }
     if (script) {
-        argv[count++] = (char *)"--script";
-        argv[count++] = (char *)script;
+        add(&line, "--script");
+        add(&line, script);
     }
     if (frames) {
-        argv[count++] = (char *)"--frames";
-        argv[count++] = (char *)frames;
+        add(&line, "--frames");
+        add(&line, frames);
     }
     if (full_size)
-        argv[count++] = (char *)"--full-size";
+        add(&line, "--full-size");
     if (options->json)
-        argv[count++] = (char *)"--json";
+        add(&line, "--json");
     if (options->quiet)
-        argv[count++] = (char *)"-q";
+        add(&line, "-q");
     fflush(stdout);
-    execv(path, argv);
+    execv(path, line.argv);
     int result = cli_error(path, "%s", strerror(errno));
-    for (size_t i = 0; i < options->param_count; i++)
-        free(params[i]);
-    free(params);
-    free(argv);
+    line_finish(&line);
     return result;
 }
 
@@ -170,7 +213,7 @@ int command_view(int argc, char **argv)
     if (frames && !cli_read_integer("view", "--frames", frames, 1, 100000000, &number))
         result = CLI_EXIT_USAGE;
     if (result == CLI_GO_ON)
-        result = check_methods(&options);
+        result = check_line(&options);
     if (result == CLI_GO_ON && options.light_count) {
         struct cli_session session;
         result = cli_session_init(&session, &options);

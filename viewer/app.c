@@ -16,28 +16,34 @@
 
 /* ---- events of the worker ---- */
 
+static void take_param(struct view_method *method, const char *text)
+{
+    const char *equals = strchr(text, '=');
+    size_t length = (size_t)(equals - text);
+    for (size_t i = 0; i < method->info->param_count; i++) {
+        const char *key = method->info->params[i].key;
+        if (strlen(key) != length || strncmp(key, text, length) != 0)
+            continue;
+        g_free(method->values[i]);
+        method->values[i] = g_strdup(equals + 1);
+    }
+}
+
 static void take_method_options(struct view_app *app)
 {
     const struct view_options *options = app->options;
-    for (int i = 0; i < options->method_count; i++) {
+    for (int i = 0; i < VIEW_METHODS_MAX; i++) {
+        const struct view_choice *choice = &options->choices[i];
         struct view_method *method = &app->state.methods[i];
-        view_method_finish(method);
-        view_method_init(method, pnb_method_find(options->methods[i]));
+        if (choice->method) {
+            view_method_finish(method);
+            view_method_init(method, pnb_method_find(choice->method));
+        }
+        method->samples = method->info->samples ? choice->samples : 0;
+        for (int p = 0; p < choice->param_count; p++)
+            take_param(method, choice->params[p]);
     }
     app->state.compare = options->method_count > 1;
-    struct view_method *first = &app->state.methods[0];
-    first->samples = first->info->samples ? options->samples : 0;
-    for (int p = 0; p < options->param_count; p++) {
-        const char *equals = strchr(options->params[p], '=');
-        size_t length = (size_t)(equals - options->params[p]);
-        for (size_t i = 0; i < first->info->param_count; i++) {
-            const char *key = first->info->params[i].key;
-            if (strlen(key) != length || strncmp(key, options->params[p], length) != 0)
-                continue;
-            g_free(first->values[i]);
-            first->values[i] = g_strdup(equals + 1);
-        }
-    }
 }
 
 static void on_scene(void *user, struct view_scene *scene)
@@ -73,6 +79,7 @@ static void on_progress(void *user, const char *stage, double fraction)
 {
     struct view_app *app = user;
     view_window_progress(app->window, stage, fraction);
+    view_script_notify(app->script);
 }
 
 static void on_failed(void *user, const char *what)

@@ -253,8 +253,8 @@ static void view_canvas_measure(GtkWidget *widget, GtkOrientation orientation, i
     ViewCanvas *canvas = VIEW_CANVAS(widget);
     const struct view_options *options = canvas->app->options;
     bool across = orientation == GTK_ORIENTATION_HORIZONTAL;
-    *minimum = across ? 240 : 180;
     *natural = across ? options->width : options->height;
+    *minimum = MIN(across ? 240 : 180, *natural);
     *minimum_baseline = *natural_baseline = -1;
 }
 

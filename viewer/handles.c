@@ -83,6 +83,9 @@ int view_handles_find(const struct view_app *app, const struct view_lens *lens,
         return count;
     for (int k = 0; k < 3; k++)
         count = add(out, count, lens, VIEW_HANDLE_X + k, v3_mad(place, axis_of[k], arm), 0);
+    /* A plane's own turn about the vertical is nothing that a scene file can say. */
+    if (app->pick.type == VIEW_PICK_OBJECT && app->scene->objects[app->pick.index].plane)
+        return count;
     if (app->pick.type == VIEW_PICK_OBJECT)
         return add(out, count, lens, VIEW_HANDLE_SPIN,
                    spin_place(app, app->pick.index, place, 0.8 * arm), 0);

@@ -8,7 +8,8 @@
 static const char help_text[] =
     "usage: penumbra-view [SCENE] [OPTION]...\n\n"
     "The window of 'penumbra view'; that command explains the options:\n"
-    "  -m NAME, --methods A,B, -n N, -p KEY=VALUE, --light SPEC, -s WxH, --threads N,\n"
+    "  -m NAME [-n N] [-p KEY=VALUE]..., twice for two methods, --light SPEC, -s WxH, --threads "
+    "N,\n"
     "  --script NAME|FILE, --frames N, --full-size, --json, -q\n";
 
 void view_complain(const char *what, const char *why)
@@ -28,10 +29,10 @@ static bool add_method(struct view_options *options, const char *name)
         return false;
     }
     if (options->method_count == VIEW_METHODS_MAX) {
-        view_complain("--methods", "the window shows two methods at most");
+        view_complain("-m", "the window shows two methods at most");
         return false;
     }
-    options->methods[options->method_count++] = pnb_method_find(name)->name;
+    options->choices[options->method_count++].method = pnb_method_find(name)->name;
     return true;
 }
 
@@ -51,24 +52,16 @@ static bool take(struct view_options *options, const char *option, char *value)
 {
     if (strcmp(option, "-m") == 0 || strcmp(option, "--method") == 0)
         return add_method(options, value);
-    if (strcmp(option, "--methods") == 0) {
-        for (char *name = value, *end; name; name = end) {
-            end = strchr(name, ',');
-            if (end)
-                *end++ = 0;
-            if (!add_method(options, name))
-                return false;
-        }
-        return true;
-    }
+    struct view_choice *choice =
+        &options->choices[options->method_count > 0 ? options->method_count - 1 : 0];
     if (strcmp(option, "-n") == 0 || strcmp(option, "--samples") == 0)
-        return read_number(option, value, 1, 1 << 20, &options->samples);
+        return read_number(option, value, 1, 1 << 20, &choice->samples);
     if (strcmp(option, "-p") == 0 || strcmp(option, "--param") == 0) {
         if (!strchr(value, '=')) {
             view_complain(option, "wants KEY=VALUE");
             return false;
         }
-        options->params[options->param_count++] = value;
+        choice->params[choice->param_count++] = value;
         return true;
     }
     if (strcmp(option, "--light") == 0) {
@@ -113,10 +106,14 @@ static bool take_flag(struct view_options *options, const char *option)
 bool view_options_read(struct view_options *options, int argc, char **argv, int *exit_status)
 {
     *options = (struct view_options){.width = 800, .height = 600, .frames = 300};
-    options->params = calloc((size_t)argc + 1, sizeof(*options->params));
+    bool good = true;
+    for (int i = 0; i < VIEW_METHODS_MAX; i++) {
+        options->choices[i].params = calloc((size_t)argc + 1, sizeof(char *));
+        good = good && options->choices[i].params;
+    }
     options->lights = calloc((size_t)argc + 1, sizeof(*options->lights));
     *exit_status = 2;
-    if (!options->params || !options->lights)
+    if (!good || !options->lights)
         return false;
     for (int i = 1; i < argc; i++) {
         char *text = argv[i];
@@ -153,6 +150,7 @@ bool view_options_read(struct view_options *options, int argc, char **argv, int 
 
 void view_options_finish(struct view_options *options)
 {
-    free(options->params);
+    for (int i = 0; i < VIEW_METHODS_MAX; i++)
+        free(options->choices[i].params);
     free(options->lights);
 }

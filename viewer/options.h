@@ -10,11 +10,13 @@ enum { VIEW_METHODS_MAX = 2 };
 
 struct view_options {
     const char *scene; /* NULL: the first built-in one */
-    const char *methods[VIEW_METHODS_MAX];
-    int method_count;
-    int samples;
-    const char **params; /* KEY=VALUE, of the first method */
-    int param_count;
+    struct view_choice {
+        const char *method; /* NULL: the default */
+        int samples;
+        const char **params; /* KEY=VALUE */
+        int param_count;
+    } choices[VIEW_METHODS_MAX];
+    int method_count;    /* given by -m */
     const char **lights; /* JSON; ends with NULL */
     int light_count;
     int width, height; /* of the canvas */

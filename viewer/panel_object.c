@@ -165,6 +165,7 @@ void view_panel_object_refresh(GtkWidget *page)
     double turned = heading(app->state.placements[object]) - heading(info->world_from_mesh);
     turned -= 360 * floor((turned + 180) / 360);
     view_form_show_value(panel->turn, turned, panel);
+    gtk_widget_set_sensitive(panel->turn, !info->plane);
     view_form_set_note(panel->facts, info->casts && info->receives ? "Casts and receives shadows."
                                      : info->casts    ? "Casts shadows and receives none."
                                      : info->receives ? "Receives shadows and casts none."

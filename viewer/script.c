@@ -240,6 +240,8 @@ static bool do_wait(struct view_script *script, const char *what)
         wait_for(script, WAIT_REST, WAIT_MOST_MS);
     else
         return false;
+    if (script->app->failed && !script->app->scene)
+        fail(script, "the scene did not open");
     return true;
 }
 
@@ -249,7 +251,13 @@ static bool do_expect(struct view_script *script, const char *what, const char *
     vec3 place;
     g_free(script->wanted);
     script->wanted = g_strdup(text);
-    if (strcmp(what, "banner") == 0) {
+    if (strcmp(what, "method") == 0 || strcmp(what, "second") == 0) {
+        int side = what[0] == 's';
+        const char *name =
+            side && !app->state.compare ? "off" : app->state.methods[side].info->name;
+        if (strcmp(name, text) != 0)
+            fail(script, name);
+    } else if (strcmp(what, "banner") == 0) {
         wait_for(script, WAIT_BANNER, 10000);
     } else if (strcmp(what, "no-banner") == 0) {
         wait_for(script, WAIT_NO_BANNER, 10000);
@@ -295,6 +303,9 @@ static bool do_select(struct view_script *script, const char *kind, const char *
     for (size_t i = 0; !light && i < app->scene->object_count; i++)
         if (strcmp(app->scene->objects[i].name, name) == 0)
             index = i;
+    if (!light && (name[0] < '0' || name[0] > '9') &&
+        (index >= app->scene->object_count || strcmp(app->scene->objects[index].name, name) != 0))
+        return false;
     view_app_select(app, light ? VIEW_PICK_LIGHT : VIEW_PICK_OBJECT, index);
     return view_app_pick_place(app, app->pick, &script->mark);
 }
@@ -348,6 +359,21 @@ static bool do_pointer(struct view_script *script, const char *command, char **w
     } else {
         view_canvas_motion(canvas, at[0], at[1], no_mods);
     }
+    return true;
+}
+
+/* Where a handle is on the screen, if the window lies in its corner. */
+static bool do_where(struct view_app *app, const char *name)
+{
+    GtkWidget *canvas = GTK_WIDGET(view_window_canvas(app->window));
+    GtkWidget *window = view_window_widget(app->window);
+    double x, y, left, top;
+    if (!view_canvas_find_handle(VIEW_CANVAS(canvas), handle_named(name), &x, &y) ||
+        !gtk_widget_translate_coordinates(canvas, window, x, y, &x, &y))
+        return false;
+    gtk_native_get_surface_transform(GTK_NATIVE(window), &left, &top);
+    printf("%s %.0f %.0f\n", name, x + left, y + top);
+    fflush(stdout);
     return true;
 }
 
@@ -460,7 +486,7 @@ static bool run_command(struct view_script *script, char **words, const char *re
         return true;
     }
     if (strcmp(command, "select") == 0 && app->scene)
-        return do_select(script, one, *two ? two : "0");
+        return do_select(script, one, *two ? rest + strlen(one) + 1 : "0");
     if (strcmp(command, "add-light") == 0 && shape_named(one) >= 0) {
         view_app_add_light(app, (pnb_light_type)shape_named(one));
         return true;
@@ -483,6 +509,13 @@ static bool run_command(struct view_script *script, char **words, const char *re
         return gtk_widget_activate_action(view_window_widget(app->window), one, NULL);
     if (strcmp(command, "drag") == 0)
         return do_drag(script, one);
+    if (strcmp(command, "where") == 0)
+        return do_where(app, one);
+    if (strcmp(command, "say") == 0) {
+        printf("%s\n", rest);
+        fflush(stdout);
+        return true;
+    }
     if (strcmp(command, "play") == 0) {
         view_motion_start(app->motion);
         return view_motion_running(app->motion);

@@ -11,8 +11,8 @@
  *   step DX DY, zoom FACTOR, action NAME
  *   drag light|object|camera            a measured drag of --frames frames
  *   play, stop
- *   expect banner|no-banner|readout|progress|moved|still [TEXT]
- *   print, quit
+ *   expect banner|no-banner|readout|progress|moved|still|method|second [TEXT]
+ *   where HANDLE, say TEXT, print, quit
  * HANDLE: move, x, y, z, u, v, aim, spin. Lines that begin with # are comments. A script that
  * cannot go on says why and ends the program with status 1.
  */

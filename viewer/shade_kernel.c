@@ -142,7 +142,7 @@ static float slow_disk(const struct view_emitter *e, struct point3 c, struct poi
     float radius = e->radius * sqrtf(2 * PI / DISK_CORNERS / sinf(2 * PI / DISK_CORNERS));
     float corners[3 * DISK_CORNERS];
     for (int k = 0; k < DISK_CORNERS; k++) {
-        float a = 2 * PI * (float)k / DISK_CORNERS, cu = radius * cosf(a), cv = radius * sinf(a);
+        float a = 2 * PI * (float)k / DISK_CORNERS, cu = radius * cosf(a), cv = -radius * sinf(a);
         corners[3 * k] = c.x + cu * u.x + cv * v.x;
         corners[3 * k + 1] = c.y + cu * u.y + cv * v.y;
         corners[3 * k + 2] = c.z + cu * u.z + cv * v.z;

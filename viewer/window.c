@@ -494,8 +494,11 @@ struct view_window *view_window_create(struct view_app *app)
     gtk_widget_add_controller(window->window, GTK_EVENT_CONTROLLER(drop));
     g_signal_connect(window->window, "realize", G_CALLBACK(on_realize), window);
     g_signal_connect(window->window, "unrealize", G_CALLBACK(on_unrealize), window);
-    if (app->options->size_given) /* exactly, whatever else there is */
+    if (app->options->size_given && app->options->script) { /* exactly, whatever the window has */
         gtk_widget_set_size_request(window->canvas, app->options->width, app->options->height);
+        gtk_widget_set_halign(window->canvas, GTK_ALIGN_CENTER);
+        gtk_widget_set_valign(window->canvas, GTK_ALIGN_CENTER);
+    }
     refresh_now(window);
     gtk_window_present(GTK_WINDOW(window->window));
     gtk_widget_grab_focus(window->canvas);

@@ -1,0 +1,297 @@
+#!/bin/sh
+# The window from outside, under an X server of its own (Xvfb). Speaks TAP.
+#   viewer.sh PENUMBRA PENUMBRA-VIEW
+penumbra=$1 viewer=$2
+export PNB_VIEWER="$viewer" GTK_A11Y=none GDK_BACKEND=x11 GSK_RENDERER=cairo LC_ALL=C.UTF-8
+export GSETTINGS_BACKEND=memory DBUS_SESSION_BUS_ADDRESS=disabled: NO_AT_BRIDGE=1
+# Leaks of GTK, fontconfig and cairo are theirs.
+export ASAN_OPTIONS="${ASAN_OPTIONS:+$ASAN_OPTIONS:}detect_leaks=0"
+unset WAYLAND_DISPLAY
+work=$(mktemp -d)
+server=
+trap '[ -z "$server" ] || kill "$server"; rm -rf "$work"' EXIT
+command -v Xvfb >/dev/null || { echo "1..0 # SKIP no Xvfb"; exit 77; }
+XDG_RUNTIME_DIR=$work
+export XDG_RUNTIME_DIR HOME="$work"
+Xvfb -displayfd 3 -screen 0 1200x800x24 -nolisten tcp 3>"$work/display" 2>/dev/null &
+server=$!
+for i in 1 2 3 4 5 6 7 8 9 10 11 12 13 14 15 16 17 18 19 20; do
+    [ -s "$work/display" ] && break
+    sleep 0.2
+done
+DISPLAY=:$(cat "$work/display")
+export DISPLAY
+number=0 bad=0
+cd "$work" || exit 1
+
+report() { # status name
+    number=$((number + 1))
+    if [ "$1" = 0 ]; then
+        echo "ok $number - $2"
+    else
+        [ ! -s err ] || sed 's/^/# /' err | head -n 20
+        [ ! -s out ] || sed 's/^/# /' out | head -n 20
+        echo "not ok $number - $2"
+        bad=1
+    fi
+}
+
+# Standard input is the script.
+script() { # name arguments...
+    name=$1
+    shift
+    cat >"$name.script"
+    timeout 200 "$penumbra" view "$@" -s 320x240 --script "$name.script" >out 2>err
+    code=$?
+    # Warnings of GTK or GLib are defects.
+    ! grep -qE 'CRITICAL|WARNING|Sanitizer|runtime error' err && [ $code = 0 ]
+    report $? "$name"
+}
+
+one_line() { # status pattern
+    [ "$code" = "$1" ] && [ "$(wc -l <err)" = 1 ] && grep -q "$2" err
+}
+
+echo 1..18
+
+env -u DISPLAY "$penumbra" view builtin:prism >out 2>err
+code=$?
+one_line 1 '^penumbra: error: display: there is none'
+report $? no_display
+DISPLAY=:987 "$penumbra" view builtin:prism >out 2>err
+code=$?
+one_line 1 '^penumbra: error: display: cannot be opened'
+report $? display_that_is_not_there
+PNB_VIEWER=/nonexistent "$penumbra" view builtin:prism >out 2>err
+code=$?
+one_line 1 '^penumbra: error: penumbra-view: not found: .*built without'
+report $? viewer_is_not_there
+"$penumbra" view builtin:prism --methods exact,planar,reference >out 2>err
+code=$?
+one_line 2 'two methods at most'
+report $? three_methods
+timeout 60 "$penumbra" view missing.json --script first -q >out 2>err
+[ $? = 1 ] && grep -q 'did not open' err
+report $? script_without_a_scene_fails
+
+script screenshot_is_render_s_picture builtin:two-boxes <<'END'
+truth 0
+wait full
+screenshot shot.png
+open builtin:three-lights
+method hard-map
+wait full
+screenshot three.png
+END
+"$penumbra" render builtin:two-boxes -s 320x240 -o render.png -q >out 2>err
+cmp shot.png render.png >out 2>&1
+report $? screenshot_to_the_byte
+"$penumbra" render builtin:three-lights -m hard-map -s 320x240 -o render.png -q >out 2>err
+cmp three.png render.png >out 2>&1
+report $? screenshot_of_three_lights_to_the_byte
+
+# Every method on lights of all shapes; what one cannot do is said in the banner.
+{
+    echo "truth 0"
+    for scene in two-boxes jack-tube disk outdoor; do
+        echo "open builtin:$scene"
+        for method in $("$penumbra" methods --json |
+            sed -n 's/.*{"name": *"\([^"]*\)".*/\1/p; s/^ *"name": *"\([^"]*\)".*/\1/p'); do
+            echo "method $method"
+            echo "samples 8"
+            echo "wait full"
+        done
+    done
+    echo "method hard-map"
+    echo "expect banner hard-map"
+    echo "method exact"
+    echo "expect no-banner"
+} >every.txt
+grep -q '^method exact' every.txt && grep -q '^method sampled-maps' every.txt
+script every_method_on_several_scenes builtin:prism <every.txt
+
+script drags builtin:two-boxes <<'END'
+truth 0
+wait full
+select light 0
+press move
+move-by 30 10
+move-by 40 20
+release
+expect moved
+wait full
+select object tall box
+press move
+move-by 10 4
+move-by 30 4
+release
+expect moved
+press y
+move-by 0 -20
+move-by 0 -20
+release
+expect moved
+press spin
+move-by 8 8
+move-by 20 0
+release
+wait full
+save dragged.json
+screenshot dragged.png
+END
+"$penumbra" render dragged.json -s 320x240 -o render.png -q >out 2>err &&
+    "$penumbra" compare dragged.json --help >/dev/null 2>&1
+[ -s dragged.png ] && cmp dragged.png render.png >out 2>&1
+report $? dragged_scene_is_saved_as_it_is_seen
+
+printf '{"lights": [' >broken.json
+printf 'no mesh' >broken.glb
+script broken_files builtin:prism <<'END'
+truth 0
+wait full
+open missing.json
+expect banner missing.json
+drop broken.json
+expect banner broken.json
+drop broken.glb
+expect banner broken.glb
+drop /
+expect banner /
+wait full
+screenshot survived.png
+open builtin:disk
+expect no-banner
+wait full
+save /nonexistent/scene.json
+expect banner /nonexistent
+screenshot /nonexistent/shot.png
+expect banner shot.png
+END
+
+# Under the floor, into an occluder, to the horizon; lights of all shapes; none at all.
+script lights_anywhere builtin:two-boxes <<'END'
+truth 0
+wait full
+press move
+move 160 180
+move 160 235
+move 80 110
+move -4000 9000
+release
+wait full
+press move
+move 100 120
+release
+wait full
+shape disk
+press u
+move-by 5 5
+move-by -300 0
+release
+wait full
+shape polygon
+press aim
+move-by 40 0
+move-by 40 90
+release
+wait full
+shape line
+wait full
+shape point
+wait full
+shape sun
+press move
+move-by 90 90
+release
+wait full
+add-light disk
+add-light rectangle
+wait full
+remove-light
+remove-light
+remove-light
+wait full
+remove-light
+select object 1
+press move
+move-by 0 400
+move 20000 20000
+release
+wait full
+screenshot lost.png
+END
+
+script stop_and_truth builtin:prism -m reference -n 65536 <<'END'
+expect progress
+stop
+wait 300
+method exact
+truth 256
+show error
+wait rest
+point 150 200
+expect readout truth
+show visibility
+wait rest
+method planar
+second reference
+END
+script_fails() { # pattern; standard input is the script
+    cat >failing.script
+    timeout 100 "$penumbra" view builtin:prism -s 320x240 --script failing.script >out 2>err
+    [ $? = 1 ] && grep -q "$1" err
+}
+script_fails "line 2 'param nonsense=1': cannot be done" <<'END'
+wait full
+param nonsense=1
+END
+report $? script_says_what_it_could_not_do
+
+script animation builtin:two-boxes <<'END'
+truth 0
+wait full
+select light 0
+expect still
+play
+wait 400
+stop
+expect moved
+select object tall box
+play
+wait 300
+open builtin:prism
+wait full
+END
+
+timeout 100 "$penumbra" view builtin:two-boxes -s 320x240 --script drag --frames 40 --json >out 2>err
+[ $? = 0 ] && grep -q '"p99": [0-9.]*' out && grep -q '"frames": 40' out
+report $? measured_drag
+
+# Real events: X sends them, GTK hears them.
+if command -v xdotool >/dev/null; then
+    cat >events.script <<'END'
+truth 0
+wait full
+where move
+wait 300
+say ready
+wait 2500
+expect moved
+expect second hard-map
+END
+    timeout 60 "$penumbra" view builtin:two-boxes -s 320x240 --script events.script >out 2>err &
+    view=$!
+    for i in 1 2 3 4 5 6 7 8 9 10 11 12 13 14 15 16 17 18 19 20; do
+        grep -q ready out && break
+        sleep 0.3
+    done
+    set -- $(sed -n 's/^move //p' out)
+    xdotool mousemove "$1" "$2" mousedown 1 sleep 0.1 mousemove_relative 20 10 sleep 0.1 \
+        mousemove_relative 20 10 sleep 0.1 mouseup 1 sleep 0.1 key c 2>/dev/null
+    wait $view
+    report $? events_of_the_x_server
+else
+    number=$((number + 1))
+    echo "ok $number - events_of_the_x_server # SKIP no xdotool"
+fi
+exit $bad
