@@ -27,8 +27,9 @@ struct compare_entry {
     double prepare_ms, milliseconds; /* NaN for files */
     pnb_errors errors;
     float *error; /* per pixel, V - truth; NaN where nothing is counted; gone once it is drawn */
-    struct compare_png picture, visibility; /* visibility: none if picture_only */
-    /* Our own memory. The pixels are codes, 0 where nothing is counted, else
+    struct compare_png picture;
+    struct compare_png visibility; /* our own memory, as the next; none if picture_only */
+    /* The pixels are codes, 0 where nothing is counted, else
      * 128 + 127 sign(e) sqrt(|e|), coloured by a palette: another palette, another scale. */
     struct compare_png error_map;
     char device[256];

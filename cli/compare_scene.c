@@ -13,8 +13,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#define OTHER_SAMPLES_MAX  1024 /* of the lights that are not compared */
-#define NO_SURFACE_DISPLAY 0.08f
+#define OTHER_SAMPLES_MAX 1024 /* of the lights that are not compared */
 
 /* One scene at work: what is needed only until its section is written. */
 struct bench {
@@ -101,24 +100,29 @@ static int encode_picture(struct bench *bench, const float *rgb, struct compare_
     return CLI_GO_ON;
 }
 
-/* Grey as light would look; a dull blue where there is no figure, so that it is not taken for
- * umbra. */
+/* Grey as light would look, in codes from 1; 0, a dull blue, where there is no figure, so that it
+ * is not taken for umbra. png: malloc()ed. */
 static int encode_visibility(struct bench *bench, const float *visibility, struct compare_png *png)
 {
+    pnb_context *context = bench->session->context;
+    uint8_t colors[256][3] = {{64, 80, 96}}, *grey;
+    size_t size;
     pnb_image image;
-    if (pnb_image_create(bench->session->context, bench->result->width, bench->result->height, 3,
-                         &image) != PNB_OK)
+    for (int code = 1; code < 256; code++)
+        memset(colors[code], (int)((code - 1) * 255.0 / 254 + 0.5), 3);
+    if (pnb_image_create(context, bench->result->width, bench->result->height, 1, &image) != PNB_OK)
         return cli_session_fail(bench->session);
-    for (size_t i = 0; i < bench->pixels; i++) {
-        bool none = isnan(visibility[i]);
-        for (int k = 0; k < 3; k++)
-            image.data[3 * i + (size_t)k] =
-                none ? NO_SURFACE_DISPLAY * (0.5f + 0.5f * (float)k) : visibility[i];
-    }
-    pnb_status status =
-        pnb_image_encode_png(bench->session->context, &image, true, &png->bytes, &png->size);
-    pnb_image_finish(bench->session->context, &image);
-    return status == PNB_OK ? CLI_GO_ON : cli_session_fail(bench->session);
+    for (size_t i = 0; i < bench->pixels; i++)
+        image.data[i] = isnan(visibility[i])
+                            ? 0
+                            : (float)((1 + floor(compare_srgb(visibility[i]) * 254 + 0.5)) / 255);
+    pnb_status status = pnb_image_encode_png(context, &image, false, &grey, &size);
+    pnb_image_finish(context, &image);
+    if (status != PNB_OK)
+        return cli_session_fail(bench->session);
+    bool good = compare_png_palette(grey, size, colors, png);
+    pnb_bytes_free(context, grey);
+    return good ? CLI_GO_ON : no_memory();
 }
 
 /* The picture with this visibility of the compared light, into bench->rgb. */
@@ -237,7 +241,7 @@ static void free_entry(pnb_context *context, struct compare_entry *entry)
     free(entry->error);
     free(entry->params);
     pnb_bytes_free(context, entry->picture.bytes);
-    pnb_bytes_free(context, entry->visibility.bytes);
+    free(entry->visibility.bytes);
     free(entry->error_map.bytes);
     free_texts(entry->warnings, entry->warning_count);
 }
@@ -635,12 +639,12 @@ void compare_scene_drop_pictures(pnb_context *context, struct compare_scene *sce
         free(entry->error);
         free(entry->error_map.bytes);
         pnb_bytes_free(context, entry->picture.bytes);
-        pnb_bytes_free(context, entry->visibility.bytes);
+        free(entry->visibility.bytes);
         entry->error = NULL;
         entry->picture = entry->visibility = entry->error_map = (struct compare_png){0};
     }
     pnb_bytes_free(context, scene->truth_picture.bytes);
-    pnb_bytes_free(context, scene->truth_visibility.bytes);
+    free(scene->truth_visibility.bytes);
     scene->truth_picture = scene->truth_visibility = (struct compare_png){0};
 }
 
@@ -650,7 +654,7 @@ void compare_scene_finish(pnb_context *context, struct compare_scene *scene)
         free_entry(context, &scene->entries[i]);
     free(scene->entries);
     pnb_bytes_free(context, scene->truth_picture.bytes);
-    pnb_bytes_free(context, scene->truth_visibility.bytes);
+    free(scene->truth_visibility.bytes);
     free_texts(scene->notes, scene->note_count);
 }
 

@@ -73,6 +73,21 @@ void report_html_entry(FILE *page, const pnb_method_info *method, const char *la
     report_html_text(page, label);
 }
 
+/* What OpenGL ran on, if anything did. */
+static void put_renderer(FILE *page, const struct compare_run *run)
+{
+    for (size_t s = 0; s < run->scene_count; s++)
+        for (size_t i = 0; i < run->scenes[s].entry_count; i++) {
+            const struct compare_entry *entry = &run->scenes[s].entries[i];
+            if (!entry->method || entry->method->processor != PNB_PROCESSOR_OPENGL)
+                continue;
+            fprintf(page, "OpenGL on ");
+            report_html_text(page, entry->device);
+            fprintf(page, ", ");
+            return;
+        }
+}
+
 void report_html_begin(FILE *page, const struct compare_run *run)
 {
     fprintf(page,
@@ -90,7 +105,9 @@ void report_html_begin(FILE *page, const struct compare_run *run)
     fprintf(page, "%zu scene%s at %d \xc3\x97 %d, ", run->scene_count,
             run->scene_count == 1 ? "" : "s", run->options->width, run->options->height);
     report_html_text(page, run->processor);
-    fprintf(page, ", %d thread%s, %s</p>\n", run->threads, run->threads == 1 ? "" : "s", run->date);
+    fprintf(page, ", %d thread%s, ", run->threads, run->threads == 1 ? "" : "s");
+    put_renderer(page, run);
+    fprintf(page, "%s</p>\n", run->date);
     fprintf(page, "<nav>");
     if (run->scene_count > 1)
         fprintf(page, "<a href=\"#summary\"><b>Which method?</b></a> ");
