@@ -84,10 +84,15 @@ static pnb_status choose_near(struct gl_frame *frame, const pnb_receivers *recei
 {
     double nearest = INFINITY;
     size_t width = (size_t)frame->width;
+    frame->bounded = true;
+    frame->low = v3(INFINITY, INFINITY, INFINITY);
+    frame->high = v3_scale(frame->low, -1);
     for (size_t i = 0; i < receivers->count; i++) {
         vec3 p = v3_loadf(receivers->positions + 3 * i);
         if (!v3_finite(p))
             continue;
+        frame->low = v3_min(frame->low, p);
+        frame->high = v3_max(frame->high, p);
         vec3 clip = to_clip_xyw(frame, p);
         if (clip.z > 0 && clip.z < nearest)
             nearest = clip.z;
@@ -324,6 +329,7 @@ pnb_status gl_frame_from_depth(struct gl_frame *frame, const pnb_scene *scene,
         return status_fail(context, PNB_ERROR_ARGUMENT, "clip_from_world",
                            "its near plane does not lie before the eye");
     set_near(frame, near_w);
+    frame->bounded = false;
     frame->lift = scene_receiver_lift(scene);
 
     struct gl_draw draw = {

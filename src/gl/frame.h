@@ -20,6 +20,8 @@ struct gl_frame {
         clip_from_world[16]; /* column-major, OpenGL's clip space; finite or infinite far plane */
     vec3 eye;
     double near_m;
+    bool bounded; /* all receivers are known to lie in low to high */
+    vec3 low, high;
     double lift; /* how far methods lift receivers off their surface, metres; each receiver's own
                     is the alpha of its normal (more than this for a depth texture's) */
     /* frame.c's own. */

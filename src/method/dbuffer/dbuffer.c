@@ -67,7 +67,10 @@ static pnb_status make_program(struct dbuffer *b, const char *vertex, const char
 
 static pnb_status make_programs(pnb_solver *solver, struct dbuffer *b)
 {
-    static const char *const position[] = {"position"}, *const piece[] = {"v1", "v2", "p"},
+    static const char *const position[] = {"position"}, *const piece[] = {"v1",       "v2",
+                                                                          "p",        "corner",
+                                                                          "outline1", "outline2",
+                                                                          "outline_p"},
                              *const face[] = {"position", "v1", "v2", "p"};
     const char *layered = b->layers == 2 ? "#define LAYERS2 1\n" : "";
     char defines[256];
@@ -80,7 +83,7 @@ static pnb_status make_programs(pnb_solver *solver, struct dbuffer *b)
             snprintf(defines, sizeof(defines), "%s%s%s", layered, second,
                      kind == UMBRA ? "#define UMBRA 1\n" : "");
             status = make_program(b, "method/dbuffer/volume.vert", "method/dbuffer/volume.frag",
-                                  defines, piece, 3, &b->draw[kind][layer]);
+                                  defines, piece, 7, &b->draw[kind][layer]);
         }
         snprintf(defines, sizeof(defines), "%s%s#define UMBRA 1\n#define FACE 1\n", layered,
                  second);
@@ -249,7 +252,7 @@ struct pass {
     struct dbuffer *b;
     const struct gl_occluders *occluders;
     const struct silhouette_disk *disk;
-    double per_far, gap;
+    double per_far, gap, far_z;
     float axes[9 * DBUFFER_FACES];
     int face;
 };
@@ -314,15 +317,24 @@ static void draw_volume(struct pass *pass, int kind, int layer)
     struct gl_buffer *pieces = b->pieces[kind == PENUMBRA];
     draw.count = 6;
     draw.instances = kind == UMBRA ? b->volumes.umbra_count : b->volumes.penumbra_count;
-    draw.attributes[0] =
-        (struct gl_attribute){pieces, 3, false, stride, offsetof(struct dbuffer_piece, v1), 1};
-    draw.attributes[1] =
-        (struct gl_attribute){pieces, 3, false, stride, offsetof(struct dbuffer_piece, v2), 1};
-    draw.attributes[2] =
-        (struct gl_attribute){pieces, 4, false, stride, offsetof(struct dbuffer_piece, p1), 1};
+    static const struct {
+        int components;
+        size_t offset;
+    } attributes[] = {{3, offsetof(struct dbuffer_piece, v1)},
+                      {3, offsetof(struct dbuffer_piece, v2)},
+                      {4, offsetof(struct dbuffer_piece, p1)},
+                      {2, offsetof(struct dbuffer_piece, corner)},
+                      {3, offsetof(struct dbuffer_piece, outline1)},
+                      {3, offsetof(struct dbuffer_piece, outline2)},
+                      {2, offsetof(struct dbuffer_piece, outline_p)}};
+    for (int i = 0; i < 7; i++)
+        draw.attributes[i] = (struct gl_attribute){pieces, attributes[i].components, false,
+                                                   stride, attributes[i].offset,     1};
     struct gl_uniform *u = draw.uniforms;
     *u++ = gl_mat4("clip_from_light", matrix);
     *u++ = gl_float("radius", pass->disk->radius);
+    *u++ = gl_float("far_z", pass->far_z);
+    *u++ = gl_int("map_face_count", b->map.face_count);
     *u++ = gl_float("per_far", pass->per_far);
     *u++ = gl_int("face", pass->face);
     *u++ = gl_floats("map_axes", GL_UNIFORM_VEC3, pass->axes, 3 * b->map.face_count);
@@ -338,6 +350,7 @@ static void draw_volume(struct pass *pass, int kind, int layer)
     if (kind != UMBRA || b->volumes.face_count == 0)
         return;
     draw.program = b->draw_face[layer];
+    memset(draw.attributes, 0, sizeof(draw.attributes));
     draw.instances = 0;
     draw.count = 3 * b->volumes.face_count;
     const size_t float_size = sizeof(float), face_stride = 11 * float_size;
@@ -422,6 +435,19 @@ static void draw_pixels(struct pass *pass, const struct gl_frame *frame, struct 
     gl_draw_cover(b->device, &draw);
 }
 
+/* Of the receivers over the light's plane; 0: unknown. */
+static double farthest_height(const struct silhouette_disk *disk, const struct gl_frame *frame)
+{
+    double far_z = 0;
+    for (int i = 0; i < 8 && frame->bounded; i++) {
+        vec3 corner = v3(i & 1 ? frame->high.x : frame->low.x, i & 2 ? frame->high.y : frame->low.y,
+                         i & 4 ? frame->high.z : frame->low.z);
+        double z = silhouette_disk_from_world(disk, corner).z;
+        far_z = isfinite(z) ? fmax(far_z, 1.001 * z) : far_z;
+    }
+    return far_z;
+}
+
 static pnb_status draw_disk(pnb_solver *solver, struct opengl_state *state,
                             const struct silhouette_disk *disk, const struct gl_frame *frame,
                             struct gl_target *target)
@@ -432,7 +458,8 @@ static pnb_status draw_disk(pnb_solver *solver, struct opengl_state *state,
     double started = clock_ms();
     pnb_status status = dbuffer_volumes_build(&b->volumes, o, disk);
     double built = clock_ms();
-    dbuffer_map_fit(o, disk, b->size, &b->map);
+    pass.far_z = farthest_height(disk, frame);
+    dbuffer_map_fit(o, disk, pass.far_z, b->size, &b->map);
     if (status == PNB_OK)
         status = upload_volumes(solver, b);
     if (status == PNB_OK)
@@ -454,6 +481,8 @@ static pnb_status draw_disk(pnb_solver *solver, struct opengl_state *state,
     for (pass.face = 0; pass.face < b->map.face_count; pass.face++) {
         for (int layer = 0; layer < b->layers; layer++)
             draw_occluders(&pass, layer);
+    }
+    for (pass.face = 0; pass.face < b->map.face_count; pass.face++) {
         for (int kind = UMBRA; kind <= PENUMBRA; kind++)
             for (int layer = 0; layer < b->layers; layer++)
                 draw_volume(&pass, kind, layer);

@@ -16,50 +16,38 @@ uniform highp sampler2DArray behind_texture, umbra2_texture, penumbra2_texture;
 
 out float visibility;
 
-// Eq. 3, re-derived: the share of the diameter that is seen past the edge (centre hidden), or
-// hidden by it (centre seen: 1 - t).
-float share(vec4 volume, float d)
-{
-    float q = volume.x, s = volume.y;
-    return d > q && q > 0.0 ? 0.5 * s * (d - q) / (q * (d - s)) : 0.0;
-}
-
 float visibility_at(ivec3 texel, float d, float slack, bool backfacing)
 {
     float occluder = texelFetch(occluder_texture, texel, 0).r;
-    bool hidden = backfacing || (occluder > 0.0 && d > occluder + slack);
-    if (hidden) {
-        vec4 first = texelFetch(umbra_texture, texel, 0);
-        float t1 = share(first, d);
+    if (backfacing || (occluder > 0.0 && d > occluder + slack)) {
+        // The centre is hidden: what is seen past the occluder's edges.
+        Cut first = cut_at(texelFetch(umbra_texture, texel, 0), d);
 #ifdef LAYERS2
         float behind = texelFetch(behind_texture, texel, 0).r;
-        vec4 second = texelFetch(umbra2_texture, texel, 0);
-        float t2 = share(second, d);
-        if (behind > 0.0)
-            // Two occluders: what both let through.
-            return d > behind + slack ? caps_overlap(t1, t2, first.z - second.z) : cap(t1);
-        if (t2 > 0.0)
-            // One, with light on two sides of it.
-            return cap(t1) + cap(t2) - caps_overlap(t1, t2, first.z - second.z);
-#endif
-        return cap(t1);
-    }
-    vec4 first = texelFetch(penumbra_texture, texel, 0);
-    float t1 = share(first, d);
-    if (t1 <= 0.0)
-        return 1.0;
-#ifdef LAYERS2
-    vec4 second = texelFetch(penumbra2_texture, texel, 0);
-    float t2 = share(second, d);
-    if (t2 > 0.0) {
-#if V_FORM == 2
-        return max(0.0, cap(1.0 - t1) + cap(1.0 - t2) - 1.0);
+        if (behind > 0.0 && d <= behind + slack)
+            return first.area;
+        Cut second = cut_at(texelFetch(umbra2_texture, texel, 0), d);
+        // Two occluders: what both let through. One: all that it lets through.
+        return behind > 0.0 ? cuts_overlap(first, second) : cuts_union(first, second);
 #else
-        return 1.0 - (cap(t1) + cap(t2) - caps_overlap(t1, t2, first.z - second.z));
+        return first.area;
 #endif
     }
+    // The centre is seen: what the occluder's edges hide.
+    Cut first = cut_at(texelFetch(penumbra_texture, texel, 0), d);
+#if V_FORM == 2
+    // sqrt(t) is no area: 1 - V(1 - t).
+    first.area = first.t > 0.0 ? first.area * (1.0 - cap(1.0 - first.t)) / cap(first.t) : 0.0;
 #endif
-    return cap(1.0 - t1);
+    float hides = first.area;
+#ifdef LAYERS2
+    if (first.t > 0.0) {
+        hides = cuts_union(first, cut_at(texelFetch(penumbra2_texture, texel, 0), d));
+        // Light past the far side of a narrow occluder.
+        hides -= cuts_overlap(first, cut_at(texelFetch(umbra_texture, texel, 0), d));
+    }
+#endif
+    return 1.0 - min(hides, 1.0);
 }
 
 void main()
@@ -77,7 +65,8 @@ void main()
     float d = length(x), under = dot(n, x);
     bool backfacing = under >= 0.0;
     float texel = 2.0 * max(map_fit.z, map_fit.w) / map_size;
-    float slack = bias * texel * d;
+    float facing = max(abs(under) / d, 0.1);
+    float slack = bias * texel * d / facing;
 #ifdef LINEAR
     vec2 corner = at - 0.5;
     vec2 low = floor(corner), part = corner - low;
@@ -97,5 +86,5 @@ void main()
         float own = along * under > 0.0 ? clamp(under / along, 0.7 * d, 1.4 * d) : d;
         sum += weight.x * weight.y * visibility_at(ivec3(tap, face), own, slack, backfacing);
     }
-    visibility = sum;
+    visibility = clamp(sum, 0.0, 1.0);
 }

@@ -26,16 +26,6 @@ static vec3 corner(vec3 low, vec3 high, int i)
     return v3(i & 1 ? high.x : low.x, i & 2 ? high.y : low.y, i & 4 ? high.z : low.z);
 }
 
-/* The heights of the scene's lowest point (farthest from the light's plane). */
-static double far_height(const struct gl_occluders *o, const struct silhouette_disk *disk)
-{
-    double far_z = 0;
-    for (int i = 0; i < 8; i++)
-        far_z =
-            fmax(far_z, silhouette_disk_from_world(disk, corner(o->scene_low, o->scene_high, i)).z);
-    return far_z;
-}
-
 struct bounds {
     double least[2], most[2];
 };
@@ -65,7 +55,7 @@ static bool fit(const struct gl_occluders *o, const struct silhouette_disk *disk
             low = v3_min(low, v);
             high = v3_max(high, v);
         }
-    if (!(low.z > NEAR_SHARE * far_z))
+    if (!(low.z > NEAR_SHARE * fmax(far_z, high.z)))
         return false;
     vec3 *axes = map->axes[0];
     axes[2] = v3_normalize(v3_scale(v3_add(low, high), 0.5));
@@ -75,7 +65,8 @@ static bool fit(const struct gl_occluders *o, const struct silhouette_disk *disk
         for (int k = 0; k < 8 && dbuffer_casts(&o->objects[i], disk); k++) {
             vec3 v =
                 silhouette_disk_from_world(disk, corner(o->objects[i].low, o->objects[i].high, k));
-            double reach = fmax(0, far_z / v.z - 1);
+            /* far_z unknown: directions at infinity. */
+            double reach = far_z > 0 ? fmax(0, far_z / v.z - 1) : 1e6;
             double out = disk->radius / cos(M_PI / 8);
             if (!include(&bounds, axes, v))
                 return false;
@@ -96,11 +87,10 @@ static bool fit(const struct gl_occluders *o, const struct silhouette_disk *disk
     return true;
 }
 
-void dbuffer_map_fit(const struct gl_occluders *o, const struct silhouette_disk *disk, int size,
-                     struct dbuffer_map *map)
+void dbuffer_map_fit(const struct gl_occluders *o, const struct silhouette_disk *disk, double far_z,
+                     int size, struct dbuffer_map *map)
 {
     bool any = false;
-    double far_z = far_height(o, disk);
     for (size_t i = 0; i < o->object_count; i++)
         any = any || dbuffer_casts(&o->objects[i], disk);
     map->face_count = 0;

@@ -18,9 +18,10 @@ struct dbuffer_map {
 
 /* One face fitted around all directions in which a penumbra can lie, where these stay within a
  * cone; else five faces of a cube, the one that looks along the normal first, less those that no
- * penumbra meets. size: texels of a face's side. */
+ * penumbra meets. far_z: the farthest receiver's height over the light's plane, 0: unknown; size:
+ * texels of a face's side. */
 void dbuffer_map_fit(const struct gl_occluders *occluders, const struct silhouette_disk *disk,
-                     int size, struct dbuffer_map *map);
+                     double far_z, int size, struct dbuffer_map *map);
 
 /* Whether an object can shadow anything for a light at center: floors do not (gl/frame.h). */
 bool dbuffer_casts(const struct gl_occluder *object, const struct silhouette_disk *disk);

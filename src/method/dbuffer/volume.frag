@@ -13,8 +13,8 @@
 // the farthest win, for occluders behind each other; SECOND sees to those.)
 #include "method/dbuffer/light.glsl"
 
-flat in vec3 line_a, line_b;
-flat in vec2 tangent;
+flat in vec3 line_a, line_b, outline_a, outline_b;
+flat in vec2 tangent, corners, outline_tangent;
 #ifdef FACE
 in vec3 at;
 #endif
@@ -28,20 +28,66 @@ uniform highp sampler2DArray behind_texture; // the next occluder's
 uniform highp sampler2DArray first_texture;
 #endif
 
-out vec4 distances; // from c to the volume, to the silhouette; the angle of the tangent; 1
+out vec4 distances; // from c to the volume, to the silhouette; the tangent's angle; a corner
+
+const float PI = 3.14159265;
+
+// A corner, where a second edge begins: of a quad, how far its vertex stands to the side of the
+// tangent point, in radii, and the next quad's angle; of a fan (negative), both quads' angles.
+// 12 bits each; 2^24: none.
+float pack(float a, float b)
+{
+    return floor(clamp(a, 0.0, 0.9999) * 4096.0) + 4096.0 * floor(clamp(b, 0.0, 0.9999) * 4096.0);
+}
+
+// How far to the side of the tangent point a vertex appears, seen from x, in radii.
+float aside(vec3 x, vec3 v)
+{
+    vec2 seen = v.xy + (v.xy - x.xy) * (v.z / max(x.z - v.z, 1e-6 * x.z));
+    return dot(seen - tangent, vec2(-tangent.y, tangent.x)) / (radius * radius);
+}
+
+// Where the ray meets the plane through a line and an extrusion point; a + k (b - a) is where the
+// line from there to that point passes the line.
+float plane_distance(vec3 ray, vec3 a, vec3 b, vec2 p, out float k)
+{
+    vec3 origin = vec3(p, 0.0);
+    vec3 normal = cross(a - origin, b - origin);
+    float q = dot(normal, a) / dot(normal, ray);
+    vec3 along = b - a, sight = q * ray - origin;
+    vec3 across = cross(along, sight);
+    k = -dot(cross(a - origin, sight), across) / dot(across, across);
+    return q;
+}
+
+#ifdef UMBRA
+// Light past the edge does not come by where something stands right beside the outline that the
+// edge belongs to, seen from c, before the ray leaves the umbra.
+bool blocked(vec3 e, float q)
+{
+    vec3 along = outline_b - outline_a;
+    if (along == vec3(0.0))
+        return false;
+    vec3 c = outline_a + clamp(dot(e - outline_a, along) / dot(along, along), 0.0, 1.0) * along;
+    float texel = 2.0 * max(map_fit.z, map_fit.w) / map_size;
+    c += 2.5 * texel * length(c) * normalize(cross(outline_a, outline_b));
+    vec2 beside;
+    int other = map_find(c, beside);
+    if (other < 0)
+        return false;
+    float occluder = texelFetch(occluder_texture, ivec3(beside, other), 0).r;
+    return occluder > 0.0 && occluder < q;
+}
+#endif
 
 void main()
 {
+    vec3 e;
+    float corner = 16777216.0;
     ivec3 texel = ivec3(gl_FragCoord.xy, face);
     float occluder = texelFetch(occluder_texture, texel, 0).r;
     vec3 ray = map_ray(face, vec2(texel.xy));
     float q, s, angle;
-#ifdef UMBRA
-    // Only what the centre does not see can be umbra.
-    if (occluder == 0.0)
-        discard;
-#endif
-
 #ifdef FACE
     float d = length(at);
     if (tangent == vec2(0.0)) {
@@ -52,6 +98,7 @@ void main()
         s = 0.9 * d;
         q = s * d / (s + 2.0 * t * (d - s));
         angle = atan(line_a.y, line_a.x);
+        e = at;
     } else
 #endif
         if (line_a == line_b) {
@@ -63,22 +110,43 @@ void main()
             discard;
         q = radius * s / (radius - b);
         angle = atan(off.y, off.x);
+        e = line_a;
+        if (corners.x < 10.0)
+            corner = -1.0 - pack(0.5 + corners.x / (2.0 * PI), 0.5 + corners.y / (2.0 * PI));
     } else {
-        // The plane through the edge and its extrusion point.
-        vec3 origin = vec3(tangent, 0.0);
-        vec3 normal = cross(line_a - origin, line_b - origin);
-        q = dot(normal, line_a) / dot(normal, ray);
+        float k;
+        q = plane_distance(ray, line_a, line_b, tangent, k);
+        e = line_a + k * (line_b - line_a);
         if (!(q > 0.0) || q * per_far > 1e4)
             discard;
-        // Where the line from the extrusion point passes the edge.
-        vec3 along = line_b - line_a, sight = q * ray - origin;
-        vec3 across = cross(along, sight);
-        float k = -dot(cross(line_a - origin, sight), across) / dot(across, across);
-        s = (line_a.z + k * along.z) / ray.z;
+        s = e.z / ray.z;
         angle = atan(tangent.y, tangent.x);
+#ifdef UMBRA
+        // The same solid's outline before the edge takes as much light, or more. Of one solid's
+        // side the umbra ends where it ends behind all that bounds it: here the farthest wins.
+        if (outline_tangent != vec2(0.0)) {
+            float q2 = plane_distance(ray, outline_a, outline_b, outline_tangent, k);
+            if (k > -0.1 && k < 1.1) {
+                if (!(q2 > 0.0) || q2 * per_far > 1e4)
+                    discard;
+                if (q2 > q) {
+                    q = q2;
+                    s = mix(outline_a.z, outline_b.z, k) / ray.z;
+                    angle = atan(outline_tangent.y, outline_tangent.x);
+                }
+            }
+        }
+#endif
         if (!(s > 0.0))
             discard;
         s = min(s, 0.99999 * q);
+        // The nearer of its ends that is a corner.
+        float off1 = corners.x < 10.0 ? aside(q * ray, line_a) : 8.0;
+        float off2 = corners.y < 10.0 ? aside(q * ray, line_b) : 8.0;
+        bool first = abs(off1) < abs(off2);
+        float off = first ? off1 : off2;
+        if (abs(off) < 8.0)
+            corner = pack(0.5 + off / 16.0, 0.5 + (first ? corners.x : corners.y) / (2.0 * PI));
     }
 
 #ifdef UMBRA
@@ -86,6 +154,8 @@ void main()
     if (q <= occluder)
         discard;
 #endif
+    if (blocked(e, q))
+        discard;
 #ifdef LAYERS2
     // The second layer is that of the next occluder, where there is one; else the next plane.
     float behind = texelFetch(behind_texture, texel, 0).r;
@@ -113,6 +183,6 @@ void main()
         discard;
 #endif
 #endif
-    distances = vec4(q, s, angle, 1.0);
+    distances = vec4(q, s, angle, corner);
     gl_FragDepth = min(q * per_far, 1.0);
 }

@@ -32,6 +32,12 @@
 #define FLAT 1e-6
 /* An arc's triangle spans at most this angle; it sticks out of the rim by 1 / cos(half). */
 #define ARC_STEP (M_PI / 6)
+/* Faces between an umbra edge and the outline seen from the centre, at most. */
+#define WALK_STEPS 24
+/* An outline belongs to an edge whose extrusion point lies within 60 degrees of where it looks. */
+#define OUTLINE_COSINE 0.5
+/* Quads that part by more than this have no common corner to speak of. */
+#define CORNER_MAX (0.9 * M_PI)
 
 /* A silhouette edge as its two vertices see it: lists per vertex. */
 struct dbuffer_link {
@@ -39,9 +45,10 @@ struct dbuffer_link {
     vec3 ends[2];       /* light space */
     double p[2];
     uint32_t next_out; /* of those that begin in vertex[0] */
-    float object;
-    bool taken; /* a corner ends in vertex[0] already */
-    bool cut[2];
+    bool taken;        /* a corner ends in vertex[0] already */
+    bool cut[2];       /* by the light's plane */
+    size_t object;
+    size_t piece;
 };
 
 void dbuffer_volumes_init(pnb_context *context, struct dbuffer_volumes *volumes)
@@ -79,25 +86,25 @@ static uint32_t third_corner(const struct gl_occluders *o, uint32_t triangle, ui
     return t[2];
 }
 
-static bool add_piece(struct dbuffer_volumes *s, bool penumbra, vec3 v1, vec3 v2,
-                      const double p1[2], const double p2[2], float object)
+static struct dbuffer_piece *add_piece(struct dbuffer_volumes *s, bool penumbra, vec3 v1, vec3 v2,
+                                       const double p1[2], const double p2[2])
 {
     struct dbuffer_piece **array = penumbra ? &s->penumbra : &s->umbra;
     size_t *count = penumbra ? &s->penumbra_count : &s->umbra_count;
     if (!memory_reserve(s->context, (void **)array,
                         penumbra ? &s->penumbra_capacity : &s->umbra_capacity, *count, 1,
                         sizeof(**array)))
-        return false;
+        return NULL;
     struct dbuffer_piece *piece = &(*array)[(*count)++];
+    memset(piece, 0, sizeof(*piece));
     v3_storef(piece->v1, v1);
     v3_storef(piece->v2, v2);
     for (int i = 0; i < 2; i++) {
         piece->p1[i] = (float)p1[i];
         piece->p2[i] = (float)p2[i];
+        piece->corner[i] = DBUFFER_NONE;
     }
-    piece->object = object;
-    piece->kind = penumbra ? 1 : 0;
-    return true;
+    return piece;
 }
 
 /* det[a - p, b - p, x - p]: negative where x lies left of ab, seen from p. */
@@ -107,34 +114,123 @@ static double side(const double p[2], vec3 a, vec3 b, vec3 x)
     return v3_dot(v3_cross(v3_sub(a, at), v3_sub(b, at)), v3_sub(x, at));
 }
 
+/* How far the light's centre lies over a face's plane, in what the disk reaches over it: in (-1, 1)
+ * for silhouette faces. */
+static double height_over(const struct gl_occluders *o, const struct silhouette_disk *disk,
+                          uint32_t triangle)
+{
+    const float *plane = o->planes + 4 * (size_t)triangle;
+    vec3 n = v3_loadf(plane);
+    double along = v3_dot(n, disk->normal), reach = sqrt(fmax(1 - along * along, 1e-12));
+    return (v3_dot(n, disk->center) + plane[3]) / (reach * disk->radius);
+}
+
+/* From a face that the centre lies behind, up the slope from face to face, to the edge where the
+ * centre comes to see them; NULL where the way is lost. */
+static const struct gl_edge *find_outline(const struct dbuffer_volumes *s,
+                                          const struct gl_occluders *o,
+                                          const struct silhouette_disk *disk, uint32_t triangle)
+{
+    uint32_t came = MESH_NONE;
+    for (int step = 0; step < WALK_STEPS; step++) {
+        uint32_t best_edge = MESH_NONE, best = MESH_NONE;
+        double best_height = -1;
+        for (int i = 0; i < 3; i++) {
+            uint32_t e = s->across[3 * (size_t)triangle + i];
+            if (e == MESH_NONE || e == came)
+                continue;
+            const struct gl_edge *edge = &o->edges[e];
+            uint32_t other = edge->first == triangle ? edge->second : edge->first;
+            double height = other == MESH_NONE ? -HUGE_VAL : height_over(o, disk, other);
+            if (height > best_height) {
+                best_height = height;
+                best = other;
+                best_edge = e;
+            }
+        }
+        if (best_edge == MESH_NONE)
+            return NULL;
+        if (best_height > 0)
+            return &o->edges[best_edge];
+        triangle = best;
+        came = best_edge;
+    }
+    return NULL;
+}
+
+/* The ends of an outline edge with the solid on the left. */
+static void outline_ends(const struct gl_occluders *o, const struct silhouette_disk *disk,
+                         const struct gl_edge *edge, vec3 ends[2])
+{
+    bool first_seen = height_over(o, disk, edge->first) > 0;
+    ends[first_seen ? 0 : 1] = vertex(o, disk, edge->a);
+    ends[first_seen ? 1 : 0] = vertex(o, disk, edge->b);
+}
+
+/* The outline before an umbra edge of a closed mesh: the edge itself if the centre sees one of its
+ * faces. */
+static const struct gl_edge *outline_of_edge(const struct dbuffer_volumes *s,
+                                             const struct gl_occluders *o,
+                                             const struct silhouette_disk *disk,
+                                             const struct gl_edge *edge)
+{
+    double first = height_over(o, disk, edge->first), second = height_over(o, disk, edge->second);
+    if (first > 0 || second > 0)
+        return (first > 0) != (second > 0) ? edge : NULL;
+    return find_outline(s, o, disk, first > second ? edge->first : edge->second);
+}
+
 /* The quad of a directed silhouette edge, and its ends for the fans. */
-static bool add_edge(struct dbuffer_volumes *s, const struct silhouette_disk *disk, bool penumbra,
-                     const uint32_t index[2], vec3 a, vec3 b, const double p[2], float object)
+static bool add_edge(struct dbuffer_volumes *s, const struct gl_occluders *o,
+                     const struct silhouette_disk *disk, bool penumbra, size_t object,
+                     const struct gl_edge *edge, const uint32_t index[2], const vec3 ends[2],
+                     const double p[2])
 {
     double least = PLANE_GAP * disk->radius;
-    struct dbuffer_link link = {
-        {index[0], index[1]}, {a, b}, {p[0], p[1]}, MESH_NONE, object, false, {false, false}};
-    if (a.z < least && b.z < least)
+    struct dbuffer_link link = {.vertex = {index[0], index[1]},
+                                .ends = {ends[0], ends[1]},
+                                .p = {p[0], p[1]},
+                                .object = object};
+    if (ends[0].z < least && ends[1].z < least)
         return true;
     for (int i = 0; i < 2; i++) {
-        vec3 in = link.ends[i], out = link.ends[1 - i];
+        vec3 in = ends[i], out = ends[1 - i];
         if (in.z >= least)
             continue;
         link.ends[i] = v3_mad(in, v3_sub(out, in), (least - in.z) / (out.z - in.z));
         link.cut[i] = true;
     }
     *(penumbra ? &s->penumbra_edges : &s->umbra_edges) += 1;
-    if (!add_piece(s, penumbra, link.ends[0], link.ends[1], p, p, object) ||
-        !memory_reserve(s->context, (void **)&s->links, &s->link_capacity, s->link_count, 1,
-                        sizeof(*s->links)))
+    link.piece = penumbra ? s->penumbra_count : s->umbra_count;
+    struct dbuffer_piece *piece = add_piece(s, penumbra, link.ends[0], link.ends[1], p, p);
+    if (!piece || !memory_reserve(s->context, (void **)&s->links, &s->link_capacity, s->link_count,
+                                  1, sizeof(*s->links)))
         return false;
     s->links[s->link_count++] = link;
+    if (!penumbra && o->objects[object].closed) {
+        const struct gl_edge *outline = outline_of_edge(s, o, disk, edge);
+        vec3 outline_at[2] = {{0}};
+        double points[2][2];
+        if (outline) {
+            /* One that looks another way belongs to another side of the solid. */
+            outline_ends(o, disk, outline, outline_at);
+            vec3 out = v3_cross(outline_at[0], outline_at[1]);
+            if (!(out.x * p[0] + out.y * p[1] > OUTLINE_COSINE * disk->radius * v3_length(out)))
+                outline_at[0] = outline_at[1] = v3(0, 0, 0);
+            else if (outline != edge &&
+                     silhouette_disk_tangents(disk->radius, outline_at[0], outline_at[1], points))
+                for (int i = 0; i < 2; i++)
+                    piece->outline_p[i] = (float)points[0][i];
+        }
+        v3_storef(piece->outline1, outline_at[0]);
+        v3_storef(piece->outline2, outline_at[1]);
+    }
     return true;
 }
 
 static bool add_tangents(struct dbuffer_volumes *s, const struct gl_occluders *o,
                          const struct silhouette_disk *disk, const struct gl_edge *edge, bool plain,
-                         float object, bool penumbra)
+                         size_t object, bool penumbra)
 {
     vec3 ends[2] = {vertex(o, disk, edge->a), vertex(o, disk, edge->b)};
     uint32_t index[2] = {edge->a, edge->b};
@@ -156,7 +252,7 @@ static bool add_tangents(struct dbuffer_volumes *s, const struct gl_occluders *o
         }
         /* The other way round, the tangents change places. */
         const double *p = points[(penumbra ? 1 : 0) ^ (first_seen ? 0 : 1)];
-        return add_edge(s, disk, penumbra, index, ends[0], ends[1], p, object);
+        return add_edge(s, o, disk, penumbra, object, edge, index, ends, p);
     }
     /* No inside: each tangent plane that leaves all faces on one side. */
     uint32_t corners[2] = {third_corner(o, edge->first, edge->a, edge->b), MESH_NONE};
@@ -171,27 +267,41 @@ static bool add_tangents(struct dbuffer_volumes *s, const struct gl_occluders *o
             continue;
         bool swap = sides[0] > 0, is_umbra = (k == 0) != swap;
         const uint32_t directed[2] = {index[swap], index[!swap]};
+        const vec3 directed_ends[2] = {ends[swap], ends[!swap]};
         if (is_umbra == penumbra)
             continue;
-        if (!add_edge(s, disk, penumbra, directed, ends[swap], ends[!swap], points[k], object))
+        if (!add_edge(s, o, disk, penumbra, object, edge, directed, directed_ends, points[k]))
             return false;
     }
     return true;
 }
 
 /* The arc from one extrusion point to the next as triangles around it. */
-static bool add_fan(struct dbuffer_volumes *s, bool penumbra, double radius, vec3 v,
-                    const double from[2], double turn, float object)
+static bool add_fan(struct dbuffer_volumes *s, bool penumbra, double radius,
+                    const struct dbuffer_link *in, const struct dbuffer_link *out, double turn)
 {
     int count = (int)ceil(fabs(turn) / ARC_STEP);
-    double step = turn / count, start = atan2(from[1], from[0]);
-    double out = radius / cos(step / 2), last[2] = {from[0], from[1]};
+    double step = turn / count, start = atan2(in->p[1], in->p[0]);
+    double outside = radius / cos(step / 2), last[2] = {in->p[0], in->p[1]};
+    struct dbuffer_piece *pieces = penumbra ? s->penumbra : s->umbra;
+    bool corner = fabs(turn) < CORNER_MAX;
+    float angles[2] = {(float)start, (float)atan2(out->p[1], out->p[0])};
+    if (corner) {
+        pieces[in->piece].corner[1] = angles[1];
+        pieces[out->piece].corner[0] = angles[0];
+    }
     for (int i = 0; i <= count; i++) {
         double angle = start + (i == count ? turn : (i + 0.5) * step);
-        double p[2] = {(i == count ? radius : out) * cos(angle),
-                       (i == count ? radius : out) * sin(angle)};
-        if (!add_piece(s, penumbra, v, v, last, p, object))
+        double r = i == count ? radius : outside, p[2] = {r * cos(angle), r * sin(angle)};
+        struct dbuffer_piece *piece = add_piece(s, penumbra, in->ends[1], in->ends[1], last, p);
+        if (!piece)
             return false;
+        pieces = penumbra ? s->penumbra : s->umbra;
+        for (int k = 0; k < 2 && corner; k++)
+            piece->corner[k] = angles[k];
+        memcpy(piece->outline1, pieces[in->piece].outline1, sizeof(piece->outline1));
+        memcpy(piece->outline2, pieces[in->piece].outline2, sizeof(piece->outline2));
+        memcpy(piece->outline_p, pieces[in->piece].outline_p, sizeof(piece->outline_p));
         last[0] = p[0], last[1] = p[1];
     }
     return true;
@@ -236,57 +346,10 @@ static bool add_fans(struct dbuffer_volumes *s, const struct gl_occluders *o, bo
         if (fabs(best_turn) > M_PI - 1e-6)
             best_turn = penumbra ? -M_PI : M_PI;
         bool parted = (best_turn < 0) == penumbra;
-        if (fabs(best_turn) > 1e-9 && parted &&
-            !add_fan(s, penumbra, radius, in->ends[1], in->p, best_turn, in->object))
+        if (fabs(best_turn) > 1e-9 && parted && !add_fan(s, penumbra, radius, in, best, best_turn))
             return false;
     }
     return true;
-}
-
-/* How far the light's centre lies over a face's plane. */
-static double height_over(const struct gl_occluders *o, const struct silhouette_disk *disk,
-                          uint32_t triangle)
-{
-    const float *plane = o->planes + 4 * (size_t)triangle;
-    return v3_dot(v3_loadf(plane), disk->center) + plane[3];
-}
-
-/* Up the slope from face to face, to the edge where the centre comes to see them. */
-static const struct gl_edge *find_outline(const struct dbuffer_volumes *s,
-                                          const struct gl_occluders *o,
-                                          const struct silhouette_disk *disk, uint32_t triangle)
-{
-    double height = height_over(o, disk, triangle);
-    uint32_t came = MESH_NONE;
-    for (int step = 0; step < 16; step++) {
-        uint32_t best_edge = MESH_NONE, best = MESH_NONE;
-        double best_height = -HUGE_VAL;
-        for (int i = 0; i < 3; i++) {
-            uint32_t e = s->across[3 * (size_t)triangle + i];
-            if (e == MESH_NONE || e == came)
-                continue;
-            const struct gl_edge *edge = &o->edges[e];
-            uint32_t other = edge->first == triangle ? edge->second : edge->first;
-            double h = other == MESH_NONE ? -HUGE_VAL : height_over(o, disk, other);
-            /* By slope, so that large faces far away do not win by size: normals are of length 1.
-             */
-            if (other != MESH_NONE && h > best_height) {
-                best_height = h;
-                best = other;
-                best_edge = e;
-            }
-        }
-        if (best_edge == MESH_NONE)
-            return NULL;
-        if (best_height > 0)
-            return &o->edges[best_edge];
-        if (best_height < height - 1e-9)
-            return NULL;
-        triangle = best;
-        height = best_height;
-        came = best_edge;
-    }
-    return NULL;
 }
 
 static bool add_faces(struct dbuffer_volumes *s, const struct gl_occluders *o,
@@ -314,28 +377,40 @@ static bool add_faces(struct dbuffer_volumes *s, const struct gl_occluders *o,
             if (s->facing[t] != SILHOUETTE_FACE || height_over(o, disk, (uint32_t)t) > 0)
                 continue;
             const struct gl_edge *edge = find_outline(s, o, disk, (uint32_t)t);
-            vec3 a = {0}, b = {0};
-            double points[2][2];
+            vec3 ends[2];
+            double points[2][2] = {{0}};
             if (edge) {
-                a = vertex(o, disk, edge->a), b = vertex(o, disk, edge->b);
-                if (!silhouette_disk_tangents(disk->radius, a, b, points))
+                outline_ends(o, disk, edge, ends);
+                if (!silhouette_disk_tangents(disk->radius, ends[0], ends[1], points))
                     edge = NULL;
             }
-            bool first_seen = edge && height_over(o, disk, edge->first) > 0;
+            if (!edge) {
+                vec3 n = v3_loadf(o->planes + 4 * t);
+                ends[0] = ends[1] =
+                    v3(v3_dot(n, disk->u), v3_dot(n, disk->v), v3_dot(n, disk->normal));
+            }
             if (!memory_reserve(s->context, (void **)&s->faces, &s->face_capacity, s->face_count, 1,
                                 sizeof(*s->faces)))
                 return false;
             struct dbuffer_face *face = &s->faces[s->face_count++];
             for (int i = 0; i < 3; i++)
                 v3_storef(face->corners[i], vertex(o, disk, o->indices[3 * t + (size_t)i]));
-            v3_storef(face->v1, a);
-            v3_storef(face->v2, b);
+            v3_storef(face->v1, ends[0]);
+            v3_storef(face->v2, ends[1]);
             for (int i = 0; i < 2; i++)
-                face->p[i] = edge ? (float)points[first_seen ? 0 : 1][i] : 0;
-            face->object = (float)(k + 1);
+                face->p[i] = (float)points[0][i];
         }
     }
     return true;
+}
+
+static bool is_concave(const struct gl_occluders *o, const struct gl_edge *edge)
+{
+    const float *plane = o->planes + 4 * (size_t)edge->first;
+    vec3 a = v3_loadf(o->positions + 3 * (size_t)edge->a);
+    uint32_t other = third_corner(o, edge->second, edge->a, edge->b);
+    vec3 to = v3_sub(v3_loadf(o->positions + 3 * (size_t)other), a);
+    return v3_dot(v3_loadf(plane), to) > FLAT * v3_length(to);
 }
 
 pnb_status dbuffer_volumes_build(struct dbuffer_volumes *s, const struct gl_occluders *o,
@@ -368,16 +443,12 @@ pnb_status dbuffer_volumes_build(struct dbuffer_volumes *s, const struct gl_occl
                     if (!plain && (s->facing[edge->first] != SILHOUETTE_FACE ||
                                    s->facing[edge->second] != SILHOUETTE_FACE))
                         continue;
-                    const float *plane = o->planes + 4 * (size_t)edge->first;
-                    vec3 a = v3_loadf(o->positions + 3 * (size_t)edge->a);
-                    uint32_t other = third_corner(o, edge->second, edge->a, edge->b);
-                    vec3 to = v3_sub(v3_loadf(o->positions + 3 * (size_t)other), a);
-                    if (v3_dot(v3_loadf(plane), to) > FLAT * v3_length(to)) {
+                    if (is_concave(o, edge)) {
                         s->concave_edges++;
                         continue;
                     }
                 }
-                if (!add_tangents(s, o, disk, edge, plain, (float)(k + 1), penumbra))
+                if (!add_tangents(s, o, disk, edge, plain, k, penumbra))
                     return status_no_memory(s->context, 0);
             }
         }

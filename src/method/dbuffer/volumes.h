@@ -16,21 +16,28 @@
  *          / \                        \/
  *        v1---v2                     v1 = v2
  *        /     \                      /\
- *   v1 - p1   v2 - p2 (at infinity)                                            */
+ *   v1 - p1   v2 - p2
+ *
+ * Angles are those of extrusion points on the rim; DBUFFER_NONE: there is none. */
+#define DBUFFER_NONE 100.0f
 struct dbuffer_piece {
-    float v1[3], v2[3];
+    float v1[3], v2[3]; /* the solid lies on the left */
     float p1[2], p2[2];
-    float object; /* of the occluders, counted from 1 */
-    float kind;   /* 0: umbra volume; 1: penumbra volume */
+    /* Where a fan joins an edge's quad to the next: the next quad's angle, at v1 and at v2. Of a
+     * fan: the angles of both quads that it joins. */
+    float corner[2];
+    /* Umbra: the outline, seen from the light's centre, of the solid before the edge, in the same
+     * direction; often the edge itself. Zero: unknown. With its own extrusion point; zero where it
+     * is the edge itself, or has none. */
+    float outline1[3], outline2[3], outline_p[2];
 };
 
-/* A silhouette face that the light's centre lies behind, seen from there: the gap between the
- * outline from the centre and the umbra volume. What bounds the light behind it is the nearest
- * outline edge v1 v2, with the extrusion point p of an umbra. */
+/* A silhouette face that the light's centre lies behind: the gap, seen from there, between the
+ * outline and the umbra volume. What bounds the light behind it is the outline edge v1 v2, with
+ * the extrusion point p of an umbra; where there is none, p = 0 and v1 is the face's normal. */
 struct dbuffer_face {
     float corners[3][3];
     float v1[3], v2[3], p[2];
-    float object;
 };
 
 struct dbuffer_volumes {
@@ -44,9 +51,8 @@ struct dbuffer_volumes {
     size_t concave_edges; /* of closed objects: hidden from the light by their own solid */
     /* Scratch, kept from frame to frame. */
     uint8_t *facing;
-    float *rise; /* height of the centre over the face's plane, in radii that the plane reaches */
     uint32_t *across; /* 3 per triangle: edges */
-    size_t facing_capacity, rise_capacity, across_capacity;
+    size_t facing_capacity, across_capacity;
     struct dbuffer_link *links;
     size_t link_count, link_capacity;
     uint32_t *heads;
