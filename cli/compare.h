@@ -128,6 +128,7 @@ struct report_point {
     const char *group;        /* points of one group are joined, by order */
     double order;
     int color;
+    bool partial; /* drawn hollow: the method does only some of the surfaces */
     double time, error;
 };
 

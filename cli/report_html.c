@@ -388,7 +388,7 @@ void report_html_scene(FILE *page, const struct compare_run *run, const struct c
     fprintf(page, "<div class=\"top\">\n");
     put_wipe(page, scene);
     fprintf(page, "<div>\n<p class=\"panel-title\">Error against time<span>the line: what no other "
-                  "one beats in both</span></p>\n");
+                  "one beats in both; hollow: planes only</span></p>\n");
     report_plot_time(page, scene);
     fprintf(page, "</div>\n</div>\n");
     put_table(page, scene);

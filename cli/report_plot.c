@@ -250,10 +250,14 @@ void report_plot_points(FILE *page, const struct report_point *points, size_t co
     draw_front(page, placed, shown);
     for (size_t i = 0; i < shown; i++) {
         const struct placed *at = &placed[i];
-        fprintf(page, "<circle cx=\"%.1f\" cy=\"%.1f\" r=\"%d\" fill=\"var(--c%d)\"><title>", at->x,
-                at->y, at->front ? 6 : 4, at->point->color);
+        fprintf(page,
+                "<circle cx=\"%.1f\" cy=\"%.1f\" r=\"%d\" %s fill=\"var(--c%d)\" "
+                "stroke=\"var(--c%d)\"><title>",
+                at->x, at->y, at->front ? 6 : 4, at->point->partial ? "class=\"partial\"" : "",
+                at->point->color, at->point->color);
         report_html_text(page, at->point->label);
-        fprintf(page, ": %.3g at %.3g</title></circle>\n", at->point->error, at->point->time);
+        fprintf(page, ": %.3g at %.3g%s</title></circle>\n", at->point->error, at->point->time,
+                at->point->partial ? ", planes only" : "");
     }
     /* The best ones get their labels first. */
     for (int turn = 0; turn < 3; turn++)
@@ -293,6 +297,8 @@ struct report_point report_point(const struct compare_entry *entry, double time,
                                  .group = strchr(entry->label, '=') ? entry->label : entry->name,
                                  .order = entry->samples,
                                  .color = report_color(entry->method),
+                                 .partial =
+                                     entry->method && entry->method->receivers != PNB_RECEIVERS_ANY,
                                  .time = time,
                                  .error = error};
 }

@@ -224,7 +224,8 @@ static void put_overall(FILE *page, const struct compare_run *run,
         report_html_text(page, yardstick);
         fprintf(page,
                 "</b> on the same scene: a method counts by the scenes that it can do. The line: "
-                "what no other one beats in both.</p>\n<div class=\"scroll\"><table "
+                "what no other one beats in both. Hollow: planes only.</p>\n<div "
+                "class=\"scroll\"><table "
                 "class=\"figures\"><thead><tr><th><button type=\"button\">method</button></th>"
                 "<th><button type=\"button\">time</button></th><th><button type=\"button\">RMSE"
                 "</button></th><th><button type=\"button\">scenes</button></th></tr></thead>\n"

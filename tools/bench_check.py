@@ -9,6 +9,8 @@ An error is worse when it is above its ceiling: what was measured at the last up
 darkening: 0.2 % of the pixels) more. A cost is worse when a method's mean ratio over its scenes grew
 by more than half, or a single one to three times. Times on a busy machine are noisy: what costs more
 is measured again, three times in all, and the best counts. Rows below a millisecond are not judged.
+Ratios differ between kinds of processors and renderers: on another one than the table's, costs are
+notes and only errors can get worse.
 """
 import json
 import math
@@ -36,7 +38,8 @@ def measure(build):
     subprocess.run(command, check=True, cwd=ROOT)
     with open(os.path.join(folder, "report.json"), encoding="utf-8") as file:
         report = json.load(file)
-    rows = {}
+    rows = {"": {"processor": report["processor"], "renderers": sorted(
+        {m["device"] for s in report["scenes"] for m in s["methods"]} - {report["processor"]})}}
     for scene in report["scenes"]:
         found = {m["label"]: m for m in scene["methods"]}
         unit = found[YARDSTICK]["milliseconds"]
@@ -51,13 +54,16 @@ def measure(build):
 
 
 def update(rows):
-    table = {}
+    table = {"": rows.pop("")}
     for (scene, label), row in sorted(rows.items()):
         ceilings = {key: round(row[key] * factor + more, 5)
                     for key, (factor, more) in ERRORS.items()}
         table.setdefault(scene, {})[label] = {**ceilings, "cost": float(f"{row['cost']:.3g}")}
     lines = ["{"]
     for i, (scene, methods) in enumerate(table.items()):
+        if not scene:
+            lines.append(f' "": {json.dumps(methods)},')
+            continue
         lines.append(f" {json.dumps(scene)}: {{")
         entries = [f"  {json.dumps(label)}: {json.dumps(row)}" for label, row in methods.items()]
         lines.append(",\n".join(entries))
@@ -65,12 +71,16 @@ def update(rows):
     lines.append("}")
     with open(TABLE, "w", encoding="utf-8") as file:
         file.write("\n".join(lines) + "\n")
-    print(f"{sum(len(m) for m in table.values())} rows in {os.path.relpath(TABLE, ROOT)}")
+    print(f"{len(rows)} rows in {os.path.relpath(TABLE, ROOT)}")
 
 
 def judge(rows, table):
-    rows = dict(rows)
+    rows, table = dict(rows), dict(table)
     worse, notes, costs = [], [], {}
+    same = rows.pop("") == table.pop("")
+    dear = worse if same else notes
+    if not same:
+        notes.append("another processor or renderer than the table's: costs are not judged")
     for scene, methods in table.items():
         for label, ceiling in methods.items():
             row = rows.pop((scene, label), None)
@@ -85,12 +95,12 @@ def judge(rows, table):
             growth = row["cost"] / ceiling["cost"]
             costs.setdefault(label, []).append(growth)
             if growth > SINGLE_COST:
-                worse.append(f"{scene}: {label}: cost {row['cost']:.3g} times {YARDSTICK}, was "
+                dear.append(f"{scene}: {label}: cost {row['cost']:.3g} times {YARDSTICK}, was "
                              f"{ceiling['cost']:.3g}")
     for label, growth in costs.items():
         mean = math.exp(sum(map(math.log, growth)) / len(growth))
         if mean > MEAN_COST:
-            worse.append(f"{label}: cost in the mean {mean:.2f} times what it was")
+            dear.append(f"{label}: cost in the mean {mean:.2f} times what it was")
         elif mean < 1 / MEAN_COST:
             notes.append(f"{label}: cost in the mean {mean:.2f} times what it was")
     for scene, label in rows:
@@ -101,7 +111,7 @@ def judge(rows, table):
 def best(rows, more):
     """The lesser costs of two runs; errors are the same in both."""
     for key, row in more.items():
-        if key in rows and row["cost"] < rows[key]["cost"]:
+        if key and key in rows and row["cost"] < rows[key]["cost"]:
             rows[key]["cost"], rows[key]["ms"] = row["cost"], row["ms"]
     return rows
 
