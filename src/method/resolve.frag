@@ -25,5 +25,6 @@ bool may_see(Receiver r)
 void main()
 {
     Receiver r = receiver_here();
-    resolved = !r.valid ? 1.0 : may_see(r) ? texelFetch(visibility, ivec2(gl_FragCoord.xy), 0).r : 0.0;
+    float v = texelFetch(visibility, ivec2(gl_FragCoord.xy), 0).r;
+    resolved = !r.valid ? 1.0 : may_see(r) ? clamp(v, 0.0, 1.0) : 0.0;
 }
