@@ -150,12 +150,19 @@ static void scene_errors(const char *name, bool line)
             row(name, "line-map opengl", ks[i], &r);
         }
         if (line) {
-            r = run(&s, "line-map", ks[i], "transition", "linear", 1, s.visibility);
-            row(name, "line-map linear", ks[i], &r);
-            r = run(&s, "line-map", ks[i], "overlap", "nearest", 1, s.visibility);
-            row(name, "line-map nearest", ks[i], &r);
-            r = run(&s, "line-map", ks[i], "edges", "other", 1, s.visibility);
-            row(name, "line-map other", ks[i], &r);
+            r = run(&s, "line-map", ks[i], "between", "dark", ROUNDS, s.visibility);
+            row(name, "between=dark", ks[i], &r);
+            static const pnb_solver_param paper[3][2] = {
+                {{"between", "dark"}, {"transition", "linear"}},
+                {{"between", "dark"}, {"overlap", "nearest"}},
+                {{"between", "dark"}, {"edges", "other"}},
+            };
+            for (int p = 0; p < 3; p++) {
+                char label[48];
+                snprintf(label, sizeof(label), "between=dark %s", paper[p][1].value);
+                r = run_with(&s, "line-map", ks[i], paper[p], 2, 1, s.visibility);
+                row(name, label, ks[i], &r);
+            }
         }
         r = run(&s, "sampled-maps", ks[i], NULL, NULL, ROUNDS, s.visibility);
         row(name, "sampled-maps", ks[i], &r);
@@ -217,19 +224,20 @@ static void look_up_body(void *user, size_t begin, size_t end, int worker)
 }
 
 /* Frames with maps at hand, soft and plain in turn. */
-static void fixed(const char *name, int k)
+static void fixed(const char *name, int k, bool spans)
 {
     struct setting s;
     char path[80];
     snprintf(path, sizeof(path), "builtin:%s", name);
     setting_init(&s, path);
     struct line_map method = {
-        .size = 1024, .rows = 1024, .columns = 1024, .bias = 1, .own_edges = true};
+        .size = 1024, .rows = 1024, .columns = 1024, .bias = 1, .own_edges = true, .spans = spans};
     struct line_map_light *light;
     if (map_geometry_create(s.scene, &method.geometry) != PNB_OK ||
         line_map_light_create(&method, v3_load(s.light.shape.line.from),
                               v3_load(s.light.shape.line.to), (size_t)k, &light) != PNB_OK)
         die(s.context);
+    const char *between = spans ? "spans" : "dark";
     double best[2] = {INFINITY, INFINITY};
     for (int round = 0; round < 2 * 15; round++) {
         struct look_up job = {light, &s.receivers, s.visibility, round % 2 != 0};
@@ -238,12 +246,13 @@ static void fixed(const char *name, int k)
         best[round % 2] = fmin(best[round % 2], clock_ms() - started);
     }
     if (as_json)
-        printf("%s\n{\"scene\": \"%s\", \"samples\": %d, \"soft_ms\": %.3f, \"plain_ms\": %.3f, "
+        printf("%s\n{\"scene\": \"%s\", \"between\": \"%s\", \"samples\": %d, \"soft_ms\": %.3f, "
+               "\"plain_ms\": %.3f, "
                "\"ratio\": %.3f}",
-               first_row ? "" : ",", name, k, best[0], best[1], best[0] / best[1]);
+               first_row ? "" : ",", name, between, k, best[0], best[1], best[0] / best[1]);
     else
-        printf("%-16s k %d: %.2f ms with channels, %.2f ms plain: ratio %.2f\n", name, k, best[0],
-               best[1], best[0] / best[1]);
+        printf("%-16s between=%-5s k %d: %.2f ms with channels, %.2f ms plain: ratio %.2f\n", name,
+               between, k, best[0], best[1], best[0] / best[1]);
     first_row = false;
     line_map_light_destroy(light);
     map_geometry_destroy(method.geometry);
@@ -343,7 +352,8 @@ int main(int argc, char **argv)
         errors(PNB_LIGHT_POLYGON, only);
     section("fixed", "a frame with fixed maps");
     for (int k = 2; k <= 5 && !only; k++)
-        fixed("overlap", k);
+        for (int spans = 0; spans < 2; spans++)
+            fixed("overlap", k, spans);
     section("rebuild", "building maps and channels");
     if (!only) {
         rebuild("blocker", 2, "cpu");

@@ -8,6 +8,10 @@
  * segment. Segments count by their lengths; a sample inside the light thus carries both of its
  * segments.
  *
+ * Beyond the paper (between=spans), where a segment is not seen whole: what the surfaces that any
+ * map sees leave of it (spans.c); of the two, where one sample or none sees p, the greater, for a
+ * surface may hide its own receivers by what the maps' resolution rounds.
+ *
  * It differs from the paper's sum of channels in one thing: which samples see p decides first, so a
  * texel's width of disagreement between depth test and skin leaves no line.
  */
@@ -81,6 +85,8 @@ pnb_status line_map_light_create(struct line_map *method, vec3 from, vec3 to, si
         for (size_t i = 0; i + 1 < samples && status == PNB_OK; i++)
             status = segment_init(light, &light->segments[light->segment_count++], i, i + 1);
         if (status == PNB_OK)
+            status = line_map_scan(light);
+        if (status == PNB_OK)
             status = line_map_warp(light, 0, light->segment_count);
         method->skin_ms += clock_ms() - started;
     }
@@ -98,6 +104,7 @@ void line_map_light_destroy(struct line_map_light *light)
         return;
     for (size_t i = 0; i < light->segment_count; i++)
         segment_finish(light, &light->segments[i]);
+    line_map_forget_views(light);
     memory_free(light->context, light->segments);
     map_set_destroy(light->set);
     memory_free(light->context, light);
@@ -126,6 +133,8 @@ pnb_status line_map_light_split(struct line_map_light *light)
     memory_free(context, places);
     light->method->map_ms += clock_ms() - started;
     started = clock_ms();
+    if (status == PNB_OK)
+        status = line_map_scan(light);
     if (status == PNB_OK &&
         !memory_reserve(context, (void **)&light->segments, &light->segment_capacity, old, open,
                         sizeof(*light->segments)))
@@ -207,6 +216,19 @@ static inline bool sample_seen(const struct map_set *set, const struct map *map,
            !(p->below_floor && map_beneath_floor(set, p, map->at));
 }
 
+/* Where the light between low and high, of these heights above the receiver's plane, is above it.
+ */
+static void above_horizon(double height, double next_height, double *low, double *high)
+{
+    double across = *low + (*high - *low) * height / (height - next_height);
+    if (height <= 0 && next_height <= 0)
+        *low = *high;
+    else if (height <= 0)
+        *low = across;
+    else if (next_height <= 0)
+        *high = across;
+}
+
 double line_map_look_up(const struct line_map_light *light, const float position[3],
                         const float normal[3], float *shares)
 {
@@ -226,7 +248,8 @@ double line_map_look_up(const struct line_map_light *light, const float position
     const double per_length = 1 / set->length;
     double sum = 0, height = low;
     const struct map *left = &set->maps[light->segments[0].left];
-    bool seen = height > 0 && sample_seen(set, left, &p, bias);
+    bool seen = height > 0 && sample_seen(set, left, &p, bias), asked = false;
+    struct line_map_cover cover;
     for (size_t i = 0; i < light->segment_count; i++) {
         const struct line_map_segment *segment = &light->segments[i];
         const struct map *right = &set->maps[segment->right];
@@ -239,6 +262,16 @@ double line_map_look_up(const struct line_map_light *light, const float position
             share = one_sided(channel_at(set, left, segment->from_left, &p), height, next_height);
         else if (next_seen)
             share = one_sided(channel_at(set, right, segment->from_right, &p), next_height, height);
+        bool dark = next_height <= 0 && height <= 0;
+        if (light->method->spans && share < 1 && !dark && p.row >= 0 && !p.below_floor) {
+            if (!asked)
+                line_map_cover(light, &p, &cover);
+            asked = true;
+            double from = left->at, to = right->at;
+            above_horizon(height, next_height, &from, &to);
+            double between = line_map_uncovered(&cover, from, to) / (right->at - left->at);
+            share = seen && next_seen ? between : fmax(share, between);
+        }
         sum += share * (right->at - left->at);
         if (shares)
             shares[i] = (float)share;

@@ -39,6 +39,7 @@ pnb_status line_map_read_params(pnb_solver *solver, struct line_map *m)
     m->linear = strcmp(solver_param(solver, "transition"), "linear") == 0;
     m->nearest = strcmp(solver_param(solver, "overlap"), "nearest") == 0;
     m->own_edges = strcmp(solver_param(solver, "edges"), "both") == 0;
+    m->spans = strcmp(solver_param(solver, "between"), "spans") == 0;
     m->target = solver_param_number(solver, "target");
     m->threshold = solver_param_number(solver, "threshold");
     m->bias = solver_param_number(solver, "bias");
@@ -239,6 +240,8 @@ static const pnb_param_info params[] = {
      "of overlapping penumbrae keep the least visibility, or the paper's nearest skin"},
     {"edges", PNB_PARAM_CHOICE, "both", 0, 0, "both|other",
      "of a map's penumbrae: as both samples see them, or the paper's, as the other sample does"},
+    {"between", PNB_PARAM_CHOICE, "spans", 0, 0, "spans|dark",
+     "between samples that see little: what the occluders in all maps leave, or the paper's"},
     {"threshold", PNB_PARAM_NUMBER, "0", 0, 1e9, NULL,
      "metres of depth that make a discontinuity; 0: two texels"},
     {"bias", PNB_PARAM_NUMBER, "1", 0, 1000, NULL, "of the depth test, in texels"},

@@ -14,6 +14,7 @@ struct line_map {
     bool linear;    /* transition=linear: the paper's Gouraud shading; else its equation 1 */
     bool nearest;   /* overlap=nearest: the paper's depth buffer; else the least share */
     bool own_edges; /* edges=both */
+    bool spans;     /* between=spans */
     double target;
     double threshold; /* metres; 0: LINE_MAP_STEP texels */
     double bias;      /* texels */
@@ -50,6 +51,32 @@ struct line_map_segment {
     bool settled;                     /* samples=auto: needs no further samples */
 };
 
+/* A discontinuity between columns c and c + 1 of a row. */
+struct line_map_jump {
+    float u, near_q, far_q;
+    bool near_left; /* the occluder lies at smaller u */
+    int column;
+};
+
+/* A straight piece of a surface in a row's half-plane, between two places (a, r). */
+struct line_map_piece {
+    float from[2], to[2];
+};
+
+/* What one map shows, row after row. */
+struct line_map_view {
+    struct line_map_jump *jumps;
+    struct line_map_piece *pieces;      /* between=spans */
+    uint32_t *jump_start, *piece_start; /* rows + 1 */
+};
+
+/* The hidden parts of the light, disjoint. */
+#define LINE_MAP_INTERVALS 64
+struct line_map_cover {
+    size_t count;
+    float from[LINE_MAP_INTERVALS], to[LINE_MAP_INTERVALS];
+};
+
 /* One linear light with its maps and channels. */
 struct line_map_light {
     struct line_map *method;
@@ -57,13 +84,30 @@ struct line_map_light {
     struct map_set *set;
     struct line_map_segment *segments; /* in order along the line */
     size_t segment_count, segment_capacity;
+    struct line_map_view *views; /* of the set's maps */
+    size_t view_count, view_capacity;
 };
 
-/* skins.c: fills the channels of the segments [begin, end). Adds to method->skins and texels. */
+/* skins.c: fills the channels of the segments [begin, end) from the views. Adds to method->skins
+ * and texels. */
 pnb_status line_map_warp(struct line_map_light *light, size_t begin, size_t end);
 /* The least step that is a discontinuity: fixed as a share of q, or metres of r. */
 void line_map_least_step(const struct line_map *method, const struct map_set *set,
                          const struct map *map, double *out_fixed, double *out_metres);
+
+/* The discontinuities of a row into jumps (columns at most); returns how many. Scratch: response of
+ * columns, mark of columns + 16, zero beyond them. */
+size_t line_map_find_jumps(const struct line_map_light *light, const struct map *map, int row,
+                           float *response, uint8_t *mark, struct line_map_jump *jumps);
+
+/* spans.c: the views of maps that have none yet. */
+pnb_status line_map_scan(struct line_map_light *light);
+void line_map_forget_views(struct line_map_light *light);
+/* What the surfaces that any map sees hide of the light; p->row >= 0. */
+void line_map_cover(const struct line_map_light *light, const struct map_point *p,
+                    struct line_map_cover *out_cover);
+/* How much of [low, high] of the light is not covered. */
+double line_map_uncovered(const struct line_map_cover *cover, double low, double high);
 
 /* light.c */
 pnb_status line_map_light_create(struct line_map *method, vec3 from, vec3 to, size_t samples,

@@ -9,6 +9,9 @@ uniform sampler2D places;        // a texel per sample: s, low, scale
 uniform sampler2D row_frame;
 uniform sampler2D sectors; // a texel per sector: low, 1 / step, first row, rows (0: nothing casts)
 uniform sampler2D floors;  // corners of the floors that the maps do not cover, 3 texels a triangle
+uniform sampler2D pieces;     // (a, r) to (a, r), 2048 a row
+uniform sampler2D piece_rows; // of map y and row x: the first of its pieces
+uniform bool spans;
 uniform int sample_count;
 uniform bool no_maps; // nothing casts
 uniform bool round_rows;
@@ -139,6 +142,75 @@ float one_sided(float skin, float height, float other_height)
     return skin >= 0.0 ? min(skin, horizon) : horizon;
 }
 
+// The hidden parts of the light, disjoint, as spans.c finds them.
+const int INTERVALS = 16;
+const float LIFT = 1.0, BESIDE = 4.0; // texels
+int cover_count;
+vec2 covered[INTERVALS];
+
+void cover(float begin, float end)
+{
+    for (int k = 0; k < cover_count;) {
+        if (covered[k].x > end || covered[k].y < begin) {
+            k++;
+            continue;
+        }
+        begin = min(begin, covered[k].x);
+        end = max(end, covered[k].y);
+        cover_count--;
+        covered[k] = covered[cover_count];
+        k = 0;
+    }
+    if (cover_count < INTERVALS)
+        covered[cover_count++] = vec2(begin, end);
+}
+
+void find_cover()
+{
+    float r_p = 1.0 / q_point;
+    cover_count = 0;
+    for (int m = 0; m < sample_count; m++) {
+        float texel = max(phi_step, 1.0 / texelFetch(places, ivec2(m, 0), 0).z);
+        float least = LIFT * texel * r_p, most = r_p * (1.0 - BESIDE * texel);
+        int first = int(texelFetch(piece_rows, ivec2(row, m), 0).x);
+        int last = int(texelFetch(piece_rows, ivec2(row + 1, m), 0).x);
+        for (int i = first; i < last; i++) {
+            vec4 piece = texelFetch(pieces, ivec2(i & 2047, i >> 11), 0);
+            vec2 p0 = piece.xy, p1 = piece.zw;
+            float h0 = dot(row_normal, p0) - plane_d - least;
+            float h1 = dot(row_normal, p1) - plane_d - least;
+            if ((p0.y > most && p1.y > most) || (h0 <= 0.0 && h1 <= 0.0))
+                continue;
+            if (h0 < 0.0 || h1 < 0.0) {
+                vec2 at = p0 + h0 / (h0 - h1) * (p1 - p0);
+                if (h0 < 0.0)
+                    p0 = at;
+                else
+                    p1 = at;
+                if (p0.y > most && p1.y > most)
+                    continue;
+            }
+            if (p0.y > most)
+                p0 = vec2(p0.x + (most - p0.y) / (p1.y - p0.y) * (p1.x - p0.x), most);
+            else if (p1.y > most)
+                p1 = vec2(p1.x + (most - p1.y) / (p0.y - p1.y) * (p0.x - p1.x), most);
+            float s0 = point.x + (p0.x - point.x) * r_p / (r_p - p0.y);
+            float s1 = point.x + (p1.x - point.x) * r_p / (r_p - p1.y);
+            float begin = max(min(s0, s1), 0.0), end = min(max(s0, s1), line_length);
+            if (begin < end)
+                cover(begin, end);
+        }
+    }
+}
+
+float uncovered(float low, float high)
+{
+    float seen = high - low;
+    for (int k = 0; k < cover_count; k++)
+        seen -= max(min(covered[k].y, high) - max(covered[k].x, low), 0.0);
+    return max(seen, 0.0);
+}
+
 float look_up()
 {
     if (sample_count < 2) {
@@ -154,7 +226,7 @@ float look_up()
         return 1.0;
     float sum = 0.0, height = height_low;
     vec3 left = texelFetch(places, ivec2(0, 0), 0).xyz;
-    bool seen = height > 0.0 && sample_seen(0, left);
+    bool seen = height > 0.0 && sample_seen(0, left), asked = false;
     for (int i = 0; i + 1 < sample_count; i++) {
         vec3 right = texelFetch(places, ivec2(i + 1, 0), 0).xyz;
         float next_height = height_low + (height_high - height_low) * right.x / line_length;
@@ -167,6 +239,20 @@ float look_up()
             share = one_sided(channel_at(2 * i, left), height, next_height);
         } else if (next_seen) {
             share = one_sided(channel_at(2 * i + 1, right), next_height, height);
+        }
+        bool dark = next_height <= 0.0 && height <= 0.0;
+        if (spans && share < 1.0 && !dark && row >= 0 && !below_floor) {
+            if (!asked)
+                find_cover();
+            asked = true;
+            float from = left.x, to = right.x;
+            float across = from + (to - from) * height / (height - next_height);
+            if (height <= 0.0)
+                from = across;
+            else if (next_height <= 0.0)
+                to = across;
+            float between = uncovered(from, to) / (right.x - left.x);
+            share = seen && next_seen ? between : max(share, between);
         }
         sum += share * (right.x - left.x);
         left = right;

@@ -3,11 +3,11 @@
  *
  *   map.vert, map.frag   each triangle as the rectangle that it may cover, rays against it per
  *                        texel; blending keeps the nearest. Texels see what the CPU's see.
- *   edges.frag           discontinuities; the marks, a byte a texel, are read back and listed
- *   skin.vert, skin.frag skins, one instance a discontinuity, into the channels; the least stays
- *   look_up.frag         per pixel: which samples see it, and their channels
+ *   the CPU's own        as in the paper, maps are read back and searched for discontinuities
+ * there; so are the surfaces between them cut into pieces (between=spans) skin.vert, skin.frag
+ * skins, one instance a discontinuity, into the channels; the least stays look_up.frag         per
+ * pixel: which samples see it, their channels, and pieces of its row
  *
- * As in the paper, the list of discontinuities is made by the CPU; all else stays on the device.
  * samples=auto chooses the samples by the CPU path from the receivers read back, then draws here.
  *
  * Differences from the CPU path: rounding at the border of texels, channels in half precision (1e-3
@@ -25,16 +25,15 @@
 
 struct line_map_opengl {
     struct line_map method; /* parameters, geometry */
-    struct gl_program *map, *edges, *skin, *look_up;
+    struct gl_program *map, *skin, *look_up;
     struct gl_buffer *triangles, *texels;
     /* Kept from frame to frame for their memory: of rows x columns, so many samples. */
     int rows, columns, samples;
     bool passive;
-    struct gl_texture *depths, *channels, *nearest, *marks;
+    struct gl_texture *depths, *channels, *nearest;
     struct gl_target *depth_targets[2 * SAMPLES_MOST], *channel_targets[2 * SAMPLES_MOST];
-    struct gl_target *mark_target;
     /* Of one light. */
-    struct gl_texture *places, *row_frame, *sectors, *floors;
+    struct gl_texture *places, *row_frame, *sectors, *floors, *pieces, *piece_rows;
 };
 
 /* One light's frame. */
@@ -53,13 +52,10 @@ static void release_maps(struct line_map_opengl *room)
         gl_target_destroy(room->channel_targets[i]);
         room->depth_targets[i] = room->channel_targets[i] = NULL;
     }
-    gl_target_destroy(room->mark_target);
     gl_texture_destroy(room->depths);
     gl_texture_destroy(room->channels);
     gl_texture_destroy(room->nearest);
-    gl_texture_destroy(room->marks);
-    room->mark_target = NULL;
-    room->depths = room->channels = room->nearest = room->marks = NULL;
+    room->depths = room->channels = room->nearest = NULL;
     room->samples = 0;
 }
 
@@ -69,7 +65,10 @@ static void release_light(struct line_map_opengl *room)
     gl_texture_destroy(room->row_frame);
     gl_texture_destroy(room->sectors);
     gl_texture_destroy(room->floors);
+    gl_texture_destroy(room->pieces);
+    gl_texture_destroy(room->piece_rows);
     room->places = room->row_frame = room->sectors = room->floors = NULL;
+    room->pieces = room->piece_rows = NULL;
 }
 
 static void destroy(pnb_solver *solver, struct opengl_state *state)
@@ -80,7 +79,6 @@ static void destroy(pnb_solver *solver, struct opengl_state *state)
     release_light(room);
     release_maps(room);
     gl_program_destroy(room->map);
-    gl_program_destroy(room->edges);
     gl_program_destroy(room->skin);
     gl_program_destroy(room->look_up);
     gl_buffer_destroy(room->triangles);
@@ -104,13 +102,6 @@ static pnb_status make_programs(struct gl_device *device, struct line_map_opengl
                                               .attribute_count = 4,
                                           },
                                           &room->map);
-    if (status == PNB_OK)
-        status = gl_program_create(device,
-                                   &(struct gl_program_desc){
-                                       .vertex = "gl/cover.vert",
-                                       .fragment = "method/line_map/edges.frag",
-                                   },
-                                   &room->edges);
     if (status == PNB_OK)
         status = gl_program_create(
             device,
@@ -311,20 +302,13 @@ static pnb_status reserve_maps(struct work *w)
     pnb_status status =
         layers(device, GL_FORMAT_R32F, set->columns, set->rows, passive ? 2 * samples : samples,
                &room->depths, room->depth_targets, NULL);
-    const struct gl_texture_desc plain = {
-        .format = GL_FORMAT_R8, .width = set->columns, .height = set->rows};
-    struct gl_texture_desc depth = plain;
-    depth.format = GL_FORMAT_DEPTH32F;
+    const struct gl_texture_desc depth = {
+        .format = GL_FORMAT_DEPTH32F, .width = set->columns, .height = set->rows};
     if (status == PNB_OK && room->method.nearest)
         status = gl_texture_create(device, &depth, &room->nearest);
     if (status == PNB_OK)
         status = layers(device, GL_FORMAT_R16F, set->columns, set->rows, 2 * (samples - 1),
                         &room->channels, room->channel_targets, room->nearest);
-    if (status == PNB_OK)
-        status = gl_texture_create(device, &plain, &room->marks);
-    if (status == PNB_OK)
-        status = gl_target_create(device, &(struct gl_target_desc){.colors = {{room->marks, 0}}},
-                                  &room->mark_target);
     if (status != PNB_OK) {
         release_maps(room);
         return status;
@@ -388,76 +372,114 @@ static void draw_maps(struct work *w)
     }
 }
 
-/* Lists the texels of one mark as (column, row). */
-static size_t list(const uint8_t *marks, size_t columns, size_t rows, uint8_t wanted, float *out)
+/* Depths back to the CPU's maps. */
+static pnb_status read_maps(struct work *w)
 {
-    size_t count = 0;
-    for (size_t row = 0; row < rows; row++)
-        for (size_t c = 0; c < columns; c++) {
-            uint64_t eight;
-            if (c + 8 <= columns) {
-                memcpy(&eight, marks + row * columns + c, 8);
-                if (!eight) {
-                    c += 7;
-                    continue;
-                }
-            }
-            if (marks[row * columns + c] != wanted)
-                continue;
-            if (out) {
-                out[2 * count] = (float)c;
-                out[2 * count + 1] = (float)row;
-            }
-            count++;
-        }
-    return count;
+    struct map_set *set = w->set;
+    size_t texels = (size_t)set->rows * (size_t)set->columns;
+    pnb_status status = PNB_OK;
+    for (size_t i = 0; i < set->count && status == PNB_OK; i++) {
+        set->maps[i].q = memory_alloc(w->solver->context, texels, sizeof(float));
+        if (!set->maps[i].q)
+            return status_no_memory(w->solver->context, texels * sizeof(float));
+        status = gl_texture_read(w->room->depths, (int)i, set->maps[i].q);
+    }
+    return status;
 }
 
-struct texel_list {
-    float *texels; /* 2 each */
-    size_t count, capacity;
-};
-
-static pnb_status find_edges(struct work *w)
+/* The texels of discontinuities as (column, row): of each map those with the occluder on the left,
+ * then the others. */
+static pnb_status upload_jumps(struct work *w, const struct line_map_light *light)
 {
-    struct line_map_opengl *room = w->room;
-    const struct map_set *set = w->set;
     pnb_context *context = w->solver->context;
-    size_t texels = (size_t)set->rows * (size_t)set->columns;
-    struct texel_list found = {0};
-    uint8_t *marks = memory_alloc(context, texels, 1);
-    pnb_status status = marks ? PNB_OK : status_no_memory(context, texels);
-    for (int i = 0; i < room->samples && status == PNB_OK; i++) {
-        double fixed, metres;
-        line_map_least_step(&room->method, set, &set->maps[i], &fixed, &metres);
-        struct gl_draw draw = {.program = room->edges, .target = room->mark_target};
-        int n = frame_uniforms(set, draw.uniforms);
-        draw.uniforms[n++] = place_of("place", &set->maps[i]);
-        draw.uniforms[n++] = gl_sampler("depths", room->depths);
-        draw.uniforms[n++] = gl_int("layer", i);
-        draw.uniforms[n++] = gl_sampler("row_frame", room->row_frame);
-        draw.uniforms[n++] = gl_vec2("least_step", fixed, metres);
-        gl_draw_cover(w->state->device, &draw);
-        status = gl_texture_read(room->marks, 0, marks);
-        for (int k = 0; k < 2 && status == PNB_OK; k++) {
-            uint8_t wanted = k == 0 ? 255 : 2;
-            size_t columns = (size_t)set->columns, rows = (size_t)set->rows;
-            size_t count = list(marks, columns, rows, wanted, NULL);
-            w->first[2 * i + k] = (uint32_t)found.count;
-            if (!memory_reserve(context, (void **)&found.texels, &found.capacity, found.count,
-                                count, 2 * sizeof(float)))
-                status = status_no_memory(context, count * 2 * sizeof(float));
-            else
-                found.count += list(marks, columns, rows, wanted, found.texels + 2 * found.count);
+    size_t rows = (size_t)w->set->rows, total = 0, at = 0;
+    for (size_t k = 0; k < light->view_count; k++)
+        total += light->views[k].jump_start[rows];
+    float *texels = memory_alloc(context, total, 2 * sizeof(float));
+    if (!texels)
+        return status_no_memory(context, total * 2 * sizeof(float));
+    for (size_t k = 0; k < light->view_count; k++)
+        for (int side = 0; side < 2; side++) {
+            const struct line_map_view *view = &light->views[k];
+            w->first[2 * k + (size_t)side] = (uint32_t)at;
+            for (size_t row = 0; row < rows; row++)
+                for (uint32_t i = view->jump_start[row]; i < view->jump_start[row + 1]; i++) {
+                    if (view->jumps[i].near_left != (side == 0))
+                        continue;
+                    texels[2 * at] = (float)view->jumps[i].column;
+                    texels[2 * at++ + 1] = (float)row;
+                }
         }
+    w->first[2 * light->view_count] = (uint32_t)at;
+    pnb_status status = PNB_OK;
+    if (total > 0 && !w->room->texels)
+        status = gl_buffer_create(w->state->device, NULL, total * 8, true, &w->room->texels);
+    if (status == PNB_OK && total > 0)
+        status = gl_buffer_write(w->room->texels, texels, total * 8);
+    memory_free(context, texels);
+    return status;
+}
+
+#define PIECES_WIDE 2048 /* texels a row of their texture */
+
+/* Pieces of all maps, and where each row of each map begins. */
+static pnb_status upload_pieces(struct work *w, const struct line_map_light *light)
+{
+    pnb_context *context = w->solver->context;
+    size_t rows = (size_t)w->set->rows, total = 0, at = 0;
+    for (size_t k = 0; k < light->view_count; k++)
+        total += light->views[k].piece_start[rows];
+    size_t high = total / PIECES_WIDE + 1;
+    int most = gl_device_get_info(w->state->device)->max_texture_size;
+    if (high > (size_t)most || rows + 1 > (size_t)most)
+        return status_fail(
+            context, PNB_ERROR_DEVICE, "line-map",
+            "%zu pieces of surfaces are too many for the device; -p between=dark does "
+            "without",
+            total);
+    float *texels = memory_calloc(context, high * PIECES_WIDE, 16);
+    float *starts = memory_alloc(context, (rows + 1) * light->view_count, sizeof(float));
+    pnb_status status = PNB_OK;
+    if (!texels || !starts)
+        status = status_no_memory(context, high * PIECES_WIDE * 16);
+    for (size_t k = 0; k < light->view_count && status == PNB_OK; k++) {
+        const struct line_map_view *view = &light->views[k];
+        for (size_t row = 0; row <= rows; row++)
+            starts[k * (rows + 1) + row] = (float)(at + view->piece_start[row]);
+        memcpy(texels + 4 * at, view->pieces, view->piece_start[rows] * sizeof(*view->pieces));
+        at += view->piece_start[rows];
     }
-    w->first[2 * room->samples] = (uint32_t)found.count;
-    if (status == PNB_OK && found.count > 0 && !room->texels)
-        status = gl_buffer_create(w->state->device, NULL, found.count * 8, true, &room->texels);
-    if (status == PNB_OK && found.count > 0)
-        status = gl_buffer_write(room->texels, found.texels, found.count * 8);
-    memory_free(context, found.texels);
-    memory_free(context, marks);
+    if (status == PNB_OK)
+        status = gl_texture_create(w->state->device,
+                                   &(struct gl_texture_desc){.format = GL_FORMAT_RGBA32F,
+                                                             .width = PIECES_WIDE,
+                                                             .height = (int)high,
+                                                             .texels = texels},
+                                   &w->room->pieces);
+    if (status == PNB_OK)
+        status = gl_texture_create(w->state->device,
+                                   &(struct gl_texture_desc){.format = GL_FORMAT_R32F,
+                                                             .width = (int)rows + 1,
+                                                             .height = (int)light->view_count,
+                                                             .texels = starts},
+                                   &w->room->piece_rows);
+    memory_free(context, texels);
+    memory_free(context, starts);
+    return status;
+}
+
+static pnb_status scan_maps(struct work *w)
+{
+    struct line_map_light light = {
+        .method = &w->room->method, .context = w->solver->context, .set = w->set};
+    pnb_status status = read_maps(w);
+    if (status == PNB_OK)
+        status = line_map_scan(&light);
+    if (status == PNB_OK)
+        status = upload_jumps(w, &light);
+    if (status == PNB_OK && w->room->method.spans)
+        status = upload_pieces(w, &light);
+    line_map_forget_views(&light);
     return status;
 }
 
@@ -538,6 +560,11 @@ static void look_up(struct work *w, const struct gl_frame *frame, struct gl_targ
     u[n++] = gl_sampler("places", room->places);
     u[n++] = gl_sampler("depths", room->depths);
     u[n++] = gl_sampler("channels", room->channels);
+    if (room->pieces) {
+        u[n++] = gl_sampler("pieces", room->pieces);
+        u[n++] = gl_sampler("piece_rows", room->piece_rows);
+    }
+    u[n++] = gl_int("spans", room->pieces != NULL);
     u[n++] = gl_int("sample_count", set->empty ? 0 : room->samples);
     u[n++] = gl_int("no_maps", set->empty);
     u[n++] = gl_int("round_rows", set->round);
@@ -678,7 +705,7 @@ static pnb_status prepare_light(struct work *w, const struct gl_frame *frame, ve
     m->map_ms += clock_ms() - started;
     started = clock_ms();
     w->first = memory_calloc(w->solver->context, 2 * count + 1, sizeof(*w->first));
-    status = w->first ? find_edges(w) : status_no_memory(w->solver->context, count * 8);
+    status = w->first ? scan_maps(w) : status_no_memory(w->solver->context, count * 8);
     if (status == PNB_OK) {
         draw_channels(w);
         gl_device_finish(w->state->device);

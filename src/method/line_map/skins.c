@@ -47,17 +47,9 @@
 #define LINE_MAP_WIDE
 #endif
 
-struct edge {
-    float u, near_q, far_q;
-    bool near_left; /* the occluder lies at smaller u */
-};
-
 struct warp_worker {
-    float *response;       /* columns */
-    uint8_t *mark;         /* columns + 16 */
-    float *surface;        /* columns: the nearest of casters and others */
-    float *depth;          /* columns: overlap=nearest */
-    struct edge *edges[2]; /* columns each */
+    float *surface; /* columns: the nearest of casters and others */
+    float *depth;   /* columns: overlap=nearest */
     uint64_t skins, texels;
     char padding[64];
 };
@@ -121,33 +113,32 @@ void line_map_least_step(const struct line_map *method, const struct map_set *se
     *out_metres = method->threshold > 0 ? method->threshold : 0;
 }
 
-static size_t find_edges(const struct warp_job *job, const struct map *map, int row,
-                         struct warp_worker *worker, struct edge *edges)
+size_t line_map_find_jumps(const struct line_map_light *light, const struct map *map, int row,
+                           float *response, uint8_t *mark, struct line_map_jump *jumps)
 {
-    const struct map_set *set = job->light->set;
+    const struct map_set *set = light->set;
     const int columns = set->columns;
     double fixed, metres;
-    line_map_least_step(job->light->method, set, map, &fixed, &metres);
+    line_map_least_step(light->method, set, map, &fixed, &metres);
     struct step step = {(float)fixed, (float)metres};
     int up = set->row_above[row], down = set->row_below[row];
     const float *q = map->q + (size_t)row * (size_t)columns;
     filter_row(map->q + (size_t)up * (size_t)columns, q, map->q + (size_t)down * (size_t)columns,
-               columns, step, worker->response, worker->mark);
+               columns, step, response, mark);
     size_t count = 0;
     for (int c = 0; c + 1 < columns; c++) {
         uint64_t eight[2];
-        memcpy(&eight[0], worker->mark + c, 8);
-        memcpy(&eight[1], worker->mark + c + 1, 8);
+        memcpy(&eight[0], mark + c, 8);
+        memcpy(&eight[1], mark + c + 1, 8);
         if (!(eight[0] | eight[1])) {
             c += 7;
             continue;
         }
         float a = q[c], b = q[c + 1], near = fmaxf(a, b), least = least_step(step, near);
-        float most = fmaxf(fabsf(worker->response[c]), fabsf(worker->response[c + 1]));
-        if (!(most > 0.25f * least))
-            continue;
-        if (is_step(map->u, q, columns, c, least))
-            edges[count++] = (struct edge){edge_place(map->u, c, a > b), near, fminf(a, b), a > b};
+        float most = fmaxf(fabsf(response[c]), fabsf(response[c + 1]));
+        if (most > 0.25f * least && is_step(map->u, q, columns, c, least))
+            jumps[count++] =
+                (struct line_map_jump){edge_place(map->u, c, a > b), near, fminf(a, b), a > b, c};
     }
     return count;
 }
@@ -202,7 +193,7 @@ static void draw_other(const struct line_map *method, const struct skin *skin, c
 /* Draws edges into the channel of map `into`: those of map `from`, or its own as if from saw them.
  */
 static void draw_skins(const struct warp_job *job, const struct map *from, const struct map *into,
-                       const struct edge *edges, size_t count, bool own, uint16_t *share,
+                       const struct line_map_jump *edges, size_t count, bool own, uint16_t *share,
                        struct warp_worker *worker)
 {
     const struct map_set *set = job->light->set;
@@ -241,8 +232,8 @@ static void draw_skins(const struct warp_job *job, const struct map *from, const
 
 /* The channel of map `into` towards map `from`, one row. */
 static void draw_row(const struct warp_job *job, const struct map *from, const struct map *into,
-                     const struct edge *from_edges, size_t from_count,
-                     const struct edge *into_edges, size_t into_count, size_t row,
+                     const struct line_map_jump *from_edges, size_t from_count,
+                     const struct line_map_jump *into_edges, size_t into_count, size_t row,
                      uint16_t *channel, struct warp_worker *worker)
 {
     const struct line_map *method = job->light->method;
@@ -264,27 +255,23 @@ static void warp_body(void *user, size_t begin, size_t end, int index)
 {
     const struct warp_job *job = user;
     const struct map_set *set = job->light->set;
+    const struct line_map_view *views = job->light->views;
     struct warp_worker *worker = &job->workers[index];
-    for (size_t row = begin; row < end; row++) {
-        size_t held = (size_t)-1, left_count = 0; /* edges[0] are those of map `held` */
+    for (size_t row = begin; row < end; row++)
         for (size_t k = job->begin; k < job->end; k++) {
             const struct line_map_segment *segment = &job->light->segments[k];
             const struct map *left = &set->maps[segment->left];
             const struct map *right = &set->maps[segment->right];
-            struct edge *ours = worker->edges[0], *theirs = worker->edges[1];
-            if (held != segment->left)
-                left_count = find_edges(job, left, (int)row, worker, ours);
-            size_t right_count = find_edges(job, right, (int)row, worker, theirs);
-            draw_row(job, left, right, ours, left_count, theirs, right_count, row,
+            const struct line_map_view *l = &views[segment->left], *r = &views[segment->right];
+            const struct line_map_jump *ours = l->jumps + l->jump_start[row];
+            const struct line_map_jump *theirs = r->jumps + r->jump_start[row];
+            size_t our_count = l->jump_start[row + 1] - l->jump_start[row];
+            size_t their_count = r->jump_start[row + 1] - r->jump_start[row];
+            draw_row(job, left, right, ours, our_count, theirs, their_count, row,
                      segment->from_right, worker);
-            draw_row(job, right, left, theirs, right_count, ours, left_count, row,
+            draw_row(job, right, left, theirs, their_count, ours, our_count, row,
                      segment->from_left, worker);
-            worker->edges[0] = theirs;
-            worker->edges[1] = ours;
-            held = segment->right;
-            left_count = right_count;
         }
-    }
 }
 
 pnb_status line_map_warp(struct line_map_light *light, size_t begin, size_t end)
@@ -296,14 +283,9 @@ pnb_status line_map_warp(struct line_map_light *light, size_t begin, size_t end)
     bool whole = job.workers != NULL;
     for (size_t w = 0; w < workers && whole; w++) {
         struct warp_worker *worker = &job.workers[w];
-        worker->response = memory_alloc(context, columns, sizeof(float));
-        worker->mark = memory_calloc(context, columns + 16, 1);
         worker->surface = memory_alloc(context, columns, sizeof(float));
         worker->depth = memory_alloc(context, columns, sizeof(float));
-        for (int k = 0; k < 2; k++)
-            worker->edges[k] = memory_alloc(context, columns, sizeof(struct edge));
-        whole = worker->response && worker->mark && worker->surface && worker->depth &&
-                worker->edges[0] && worker->edges[1];
+        whole = worker->surface && worker->depth;
     }
     if (whole)
         parallel_for(context, (size_t)light->set->rows, 8, warp_body, &job);
@@ -311,13 +293,9 @@ pnb_status line_map_warp(struct line_map_light *light, size_t begin, size_t end)
         struct warp_worker *worker = &job.workers[w];
         light->method->skins += (double)worker->skins;
         light->method->texels += (double)worker->texels;
-        memory_free(context, worker->response);
-        memory_free(context, worker->mark);
         memory_free(context, worker->surface);
         memory_free(context, worker->depth);
-        memory_free(context, worker->edges[0]);
-        memory_free(context, worker->edges[1]);
     }
     memory_free(context, job.workers);
-    return whole ? PNB_OK : status_no_memory(context, workers * columns * sizeof(struct edge));
+    return whole ? PNB_OK : status_no_memory(context, workers * columns * 8);
 }
