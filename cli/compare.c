@@ -446,9 +446,7 @@ static bool add_series(struct cli_options *options)
     bool good = options->choice_count > 0 || cli_add_methods(options, "all");
     size_t before = options->choice_count;
     for (size_t i = 0; i < sizeof(more) / sizeof(more[0]) && good; i++) {
-        char name[64];
-        snprintf(name, sizeof(name), "%.*s", (int)strcspn(more[i], ":"), more[i]);
-        if (pnb_method_find(name))
+        if (cli_knows_entry(more[i], strlen(more[i])))
             good = cli_add_methods(options, more[i]);
     }
     for (size_t i = 0; i < pnb_method_count() && good; i++) {

@@ -23,23 +23,32 @@ static const struct {
     {"planar", "Contact: a pole that stands on the ground", "pole", "planar:3,planar:8,planar:16",
      "The shadow begins hard at the foot."},
     {"line-map", "Figure 8: a part of the ground sees the light but no sample", "overlap",
-     "line-map:2,line-map:3,sampled-maps:2,sampled-maps:3",
-     "With two samples the middle is dark with a jump at its border; with three that has ended."},
-    {"line-map", "Figure 9: one blocker", "blocker", "line-map:2,reference:10,reference:200",
+     "line-map:2:between=dark,line-map:3:between=dark,line-map:2,sampled-maps:2,sampled-maps:3",
+     "As in the paper (between=dark) the middle is dark with two samples, with a jump at its "
+     "border; a third one mends it, and so does what lies between the samples told by the "
+     "occluders."},
+    {"line-map", "Figure 9: one blocker", "blocker",
+     "line-map:2,line-map:2:path=opengl,reference:10,reference:200",
      "The paper sets two samples beside 10 and 200 ray-traced ones."},
     {"line-map", "Figure 10: jack-in-the-box under a tube", "jack-tube",
-     "line-map:2,line-map:3,line-map:samples=auto,sampled-maps:3,reference:200",
-     "The point of the clown's shadow needs more than two samples."},
+     "line-map:2:between=dark,line-map:2,line-map:3,line-map:samples=auto,sampled-maps:3,reference:"
+     "200",
+     "The point of the clown's shadow sees no sample of two."},
     {"line-map", "Figure 10: a light by its edges", "triangle-light", "line-map:3,sampled-maps:3",
      "Crude, as the paper says."},
-    {"dbuffer", "Figure 8(a): far from the ground", "distance-1", "dbuffer,hard-map,exact", ""},
-    {"dbuffer", "Figure 8(a): near the ground", "distance-4", "dbuffer,hard-map,exact", ""},
-    {"dbuffer", "Figure 8(b): a small light", "light-size-1", "dbuffer,hard-map,exact", ""},
-    {"dbuffer", "Figure 8(b): a large light", "light-size-4", "dbuffer,hard-map,exact", ""},
+    {"dbuffer", "Figure 8(a): far from the ground", "distance-1",
+     "dbuffer:layers=1:v=paper,dbuffer,hard-map,exact", ""},
+    {"dbuffer", "Figure 8(a): near the ground", "distance-4",
+     "dbuffer:layers=1:v=paper,dbuffer,hard-map,exact", ""},
+    {"dbuffer", "Figure 8(b): a small light", "light-size-1",
+     "dbuffer:layers=1:v=paper,dbuffer,hard-map,exact", ""},
+    {"dbuffer", "Figure 8(b): a large light", "light-size-4",
+     "dbuffer:layers=1:v=paper,dbuffer,hard-map,exact", ""},
     {"dbuffer", "Figure 8(c): a concave occluder of 5,760 triangles", "complex",
-     "dbuffer,hard-map,exact",
+     "dbuffer:layers=1:v=paper,dbuffer,hard-map,exact",
      "The paper sets it beside 1,024 ray-traced samples: the truth here."},
-    {"dbuffer", "Figure 7: a prism under a very large light", "prism", "dbuffer,hard-map,exact",
+    {"dbuffer", "Figure 7: a prism under a very large light", "prism",
+     "dbuffer:layers=1:v=paper,dbuffer,hard-map,exact",
      "One silhouette from the light's middle gives the wrong outline."},
     {"wedge-blend", "Figure 1: 81 spheres", "spheres-9x9",
      "wedge,wedge-probabilistic,wedge-blend,hard-volume,exact",
@@ -91,12 +100,11 @@ static bool add_missing(struct compare_figure *figure, const char *name, size_t 
 static bool choose(struct cli_options *options, const char *list, struct compare_figure *figure)
 {
     for (const char *entry = list; *entry; entry += *entry == ',') {
-        size_t length = strcspn(entry, ","), name = strcspn(entry, ":,");
+        size_t length = strcspn(entry, ",");
         char text[160];
-        snprintf(text, sizeof(text), "%.*s", (int)name, entry);
-        bool known = pnb_method_find(text) != NULL;
         snprintf(text, sizeof(text), "%.*s", (int)length, entry);
-        if (known ? !cli_add_methods(options, text) : !add_missing(figure, entry, name))
+        if (cli_knows_entry(entry, length) ? !cli_add_methods(options, text)
+                                           : !add_missing(figure, entry, length))
             return false;
         entry += length;
     }

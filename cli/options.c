@@ -390,6 +390,28 @@ static bool add_method(struct cli_options *options, const char *option, const ch
     return true;
 }
 
+bool cli_knows_entry(const char *entry, size_t length)
+{
+    const pnb_method_info *info = NULL;
+    bool known = true;
+    for (size_t at = 0; at < length && known; at++) {
+        size_t size = strcspn(entry + at, ":=,");
+        char word[128];
+        if (at + size > length)
+            size = length - at;
+        snprintf(word, sizeof(word), "%.*s", (int)size, entry + at);
+        if (at == 0) {
+            info = pnb_method_find(word);
+            known = info != NULL;
+        } else if (entry[at + size] == '=' && strcmp(word, "n") != 0) {
+            known = find_param(info, word) != NULL;
+            size += strcspn(entry + at + size, ":,");
+        }
+        at += size;
+    }
+    return known && info;
+}
+
 bool cli_add_methods(struct cli_options *options, const char *list)
 {
     for (const char *entry = list;; entry++) {

@@ -99,6 +99,8 @@ int cli_options_init(const struct cli_command *command, int argc, char **argv,
                      struct cli_options *options);
 void cli_options_finish(struct cli_options *options);
 
+/* Does this program have the method of the entry, with those parameters? */
+bool cli_knows_entry(const char *entry, size_t length);
 /* Adds the entries of a list as --methods does, without cutting it; false: the mistake was said. */
 bool cli_add_methods(struct cli_options *options, const char *list);
 
