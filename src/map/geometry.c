@@ -5,14 +5,13 @@
  * walls of a room. Seen from that side it is a receiver only, and it is large: leaving it out of
  * what maps must cover brings their texels to where the shadows are cast.
  *
- * Cost: O(vertices) and, for each of at most FLOORS_MAX flat objects, O(vertices) again, once per
- * mesh or placement. Memory: 12 bytes a vertex, 12 a triangle.
+ * Cost: O(vertices) and, for each of at most MAP_FLOORS_MOST flat objects, O(vertices) again, once
+ * per mesh or placement. Memory: 12 bytes a vertex, 12 a triangle.
  */
 #include <string.h>
 
 #include "map/map.h"
 
-#define FLOORS_MAX      16
 #define FLOOR_TOLERANCE 1e-6
 
 struct piece {
@@ -89,7 +88,7 @@ static pnb_status gather(pnb_scene *scene, struct map_geometry *g, struct piece 
                            "more triangles than depth maps count");
     g->positions = memory_alloc(context, vertices * 3, sizeof(float));
     g->indices = memory_alloc(context, triangles * 3, sizeof(uint32_t));
-    g->floors = memory_calloc(context, FLOORS_MAX, sizeof(*g->floors));
+    g->floors = memory_calloc(context, MAP_FLOORS_MOST, sizeof(*g->floors));
     if (!g->positions || !g->indices || !g->floors)
         return status_no_memory(context, (vertices + triangles) * 12);
     g->vertex_count = vertices;
@@ -115,7 +114,7 @@ static void sort_pieces(pnb_scene *scene, struct map_geometry *g, struct piece *
     size_t flats = 0, next = 0;
     for (size_t i = 0; i < scene->object_count; i++) {
         const struct mesh *mesh = &scene->meshes[scene->objects[i].info.mesh];
-        if (pieces[i].kind != 0 || flats == FLOORS_MAX || pieces[i].triangle_count == 0 ||
+        if (pieces[i].kind != 0 || flats == MAP_FLOORS_MOST || pieces[i].triangle_count == 0 ||
             !flat(g, mesh->indices, &pieces[i], FLOOR_TOLERANCE * size))
             continue;
         flats++;

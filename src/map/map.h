@@ -37,6 +37,8 @@ struct map_geometry {
     double lift;    /* of receivers, metres */
 };
 
+#define MAP_FLOORS_MOST 16
+
 struct map_floor {
     vec3 normal; /* towards the scene */
     double offset;

@@ -21,7 +21,6 @@
 #include "method/opengl.h"
 
 #define SAMPLES_MOST 128 /* layers of an array texture: 256 at least everywhere */
-#define FLOORS_MOST  16
 
 struct line_map_opengl {
     struct line_map method; /* parameters, geometry */
@@ -548,7 +547,7 @@ static void look_up(struct work *w, const struct gl_frame *frame, struct gl_targ
     struct line_map_opengl *room = w->room;
     const struct map_set *set = w->set;
     const struct map_geometry *g = room->method.geometry;
-    float planes[FLOORS_MOST][4], ranges[FLOORS_MOST][2];
+    float planes[MAP_FLOORS_MOST][4], ranges[MAP_FLOORS_MOST][2];
     struct gl_draw draw = {.program = room->look_up, .target = target, .blend = GL_BLEND_ADD};
     struct gl_uniform *u = draw.uniforms;
     int n = frame_uniforms(set, u), open = 0;
@@ -577,7 +576,7 @@ static void look_up(struct work *w, const struct gl_frame *frame, struct gl_targ
     u[n++] = gl_float("phi_step", set->phi_step);
     u[n++] = gl_float("bias", room->method.bias);
     u[n++] = gl_float("weight", weight);
-    for (size_t k = 0; k < g->floor_count && open < FLOORS_MOST; k++) {
+    for (size_t k = 0; k < g->floor_count && open < MAP_FLOORS_MOST; k++) {
         if (!set->floor_open[k])
             continue;
         memcpy(planes[open], set->floors[open], sizeof(planes[open]));

@@ -53,27 +53,57 @@ struct scan_job {
     bool failed;
 };
 
-static bool add_piece(pnb_context *context, struct scan *scan, const struct map *map, float u0,
-                      float q0, float u1, float q1)
+/* A place of the row: (a, r) of direction u at depth q. */
+struct place {
+    float a, r;
+};
+
+static struct place place(const struct map *map, float u, float q)
 {
-    if (!(q0 > 0) || !(q1 > 0))
+    return (struct place){(float)map->at + u / q, 1 / q};
+}
+
+/* One row of one map. */
+struct row {
+    pnb_context *context;
+    struct scan *scan;
+    const struct map_set *set;
+    const struct map *map;
+    const float *q;
+    float tolerance;                  /* share of q */
+    float floors[MAP_FLOORS_MOST][3]; /* of the open floors: a, r, offset */
+};
+
+/* Floors that the maps need not cover hide nothing from what lies above them. */
+static bool on_floor(const struct row *row, struct place p0, struct place p1)
+{
+    for (int k = 0; k < row->set->open_floor_count && k < MAP_FLOORS_MOST; k++) {
+        const float *f = row->floors[k];
+        float h0 = f[0] * p0.a + f[1] * p0.r - f[2], h1 = f[0] * p1.a + f[1] * p1.r - f[2];
+        if (h0 < row->tolerance * p0.r && h1 < row->tolerance * p1.r)
+            return true;
+    }
+    return false;
+}
+
+static bool add_piece(const struct row *row, struct place p0, struct place p1)
+{
+    struct scan *scan = row->scan;
+    if (!isfinite(p0.a + p0.r + p1.a + p1.r) || on_floor(row, p0, p1))
         return true;
-    if (!memory_reserve(context, (void **)&scan->pieces, &scan->piece_capacity, scan->piece_count,
-                        1, sizeof(*scan->pieces)))
+    if (!memory_reserve(row->context, (void **)&scan->pieces, &scan->piece_capacity,
+                        scan->piece_count, 1, sizeof(*scan->pieces)))
         return false;
-    float at = (float)map->at, r0 = 1 / q0, r1 = 1 / q1;
-    scan->pieces[scan->piece_count++] =
-        (struct line_map_piece){{at + u0 * r0, r0}, {at + u1 * r1, r1}};
+    scan->pieces[scan->piece_count++] = (struct line_map_piece){{p0.a, p0.r}, {p1.a, p1.r}};
     return true;
 }
 
-/* Columns first to last of one surface. */
-static bool add_run(pnb_context *context, struct scan *scan, const struct map *map, const float *q,
-                    int first, int last, float tolerance, int depth)
+/* Columns first to last of one surface, prolonged to the directions low and high. */
+static bool add_run(const struct row *row, int first, int last, float low, float high, int depth)
 {
-    const float *u = map->u;
+    const float *u = row->map->u, *q = row->q;
     float slope = last > first ? (q[last] - q[first]) / (u[last] - u[first]) : 0;
-    float most = tolerance * q[first];
+    float most = row->tolerance * q[first];
     int worst = -1;
     for (int c = first + 1; c < last; c++) {
         float off = fabsf(q[c] - (q[first] + (u[c] - u[first]) * slope));
@@ -82,31 +112,29 @@ static bool add_run(pnb_context *context, struct scan *scan, const struct map *m
             worst = c;
         }
     }
-    if (worst < 0 || depth == 0)
-        return add_piece(context, scan, map, u[first], q[first], u[last], q[last]);
-    return add_run(context, scan, map, q, first, worst, tolerance, depth - 1) &&
-           add_run(context, scan, map, q, worst, last, tolerance, depth - 1);
+    if (worst < 0 || depth == 0) {
+        float q_low = fmaxf(q[first] + (low - u[first]) * slope, 0.5f * q[first]);
+        float q_high = fmaxf(q[last] + (high - u[last]) * slope, 0.5f * q[last]);
+        return add_piece(row, place(row->map, low, q_low), place(row->map, high, q_high));
+    }
+    return add_run(row, first, worst, low, u[worst], depth - 1) &&
+           add_run(row, worst, last, u[worst], high, depth - 1);
 }
 
-/* The runs between a row's discontinuities, each half a texel longer, up to where they are. */
-static bool add_row(pnb_context *context, struct scan *scan, const struct map_set *set,
-                    const struct map *map, const float *q, const struct line_map_jump *jumps,
-                    size_t count)
+/* The runs between a row's discontinuities, up to where these are. */
+static bool add_row(const struct row *row, const struct line_map_jump *jumps, size_t count)
 {
-    float tolerance = CUT * fmaxf((float)set->phi_step, 1 / map->scale);
     bool whole = true;
     for (size_t i = 0; i <= count && whole; i++) {
         const struct line_map_jump *before = i > 0 ? &jumps[i - 1] : NULL;
         const struct line_map_jump *after = i < count ? &jumps[i] : NULL;
         int first = before ? before->column + 1 : 0;
-        int last = after ? after->column : set->columns - 1;
-        if (first > last)
+        int last = after ? after->column : row->set->columns - 1;
+        if (first > last || !(row->q[first] > 0))
             continue;
-        whole = add_run(context, scan, map, q, first, last, tolerance, DEPTH);
-        if (before && whole)
-            whole = add_piece(context, scan, map, before->u, q[first], map->u[first], q[first]);
-        if (after && whole)
-            whole = add_piece(context, scan, map, map->u[last], q[last], after->u, q[last]);
+        float low = before ? before->u : row->map->u[first];
+        float high = after ? after->u : row->map->u[last];
+        whole = add_run(row, first, last, low, high, DEPTH);
     }
     return whole;
 }
@@ -137,9 +165,21 @@ static void scan_body(void *user, size_t begin, size_t end, int worker)
             /* Counts for now. */
             job->view->jump_start[row + 1] = (uint32_t)count;
             job->view->piece_start[row + 1] = (uint32_t)scan->piece_count;
-            if (whole && light->method->spans)
-                whole = add_row(light->context, scan, set, map, map->q + row * columns,
-                                scan->jumps + before, count);
+            if (whole && light->method->spans) {
+                struct row r = {.context = light->context,
+                                .scan = scan,
+                                .set = set,
+                                .map = map,
+                                .q = map->q + row * columns,
+                                .tolerance = CUT * fmaxf((float)set->phi_step, 1 / map->scale)};
+                for (int k = 0; k < set->open_floor_count && k < MAP_FLOORS_MOST; k++) {
+                    const float *f = set->floors[k];
+                    r.floors[k][0] = f[0];
+                    r.floors[k][1] = f[1] * set->row_cos[row] + f[2] * set->row_sin[row];
+                    r.floors[k][2] = f[3];
+                }
+                whole = add_row(&r, scan->jumps + before, count);
+            }
             job->view->piece_start[row + 1] =
                 (uint32_t)scan->piece_count - job->view->piece_start[row + 1];
             if (!whole)
