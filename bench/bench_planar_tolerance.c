@@ -8,6 +8,9 @@
  *   max         largest error, in 1/255
  *   within      share of the points that are off by no more than T, in percent
  *   ms          least of three, wall clock, on the context's threads
+ * --steady: the light moves in 100 small steps; jump: how far a point's change differs from the
+ * truth's own, worst of 9,216 points and of all steps, and the mean of the steps' worst; error: the
+ * worst difference from the truth itself; ms a frame.
  */
 #define _GNU_SOURCE
 #include <math.h>
@@ -17,12 +20,36 @@
 
 #include <penumbra/penumbra.h>
 
+#include "planar_scenes.h"
+
 #define POINTS 100000
 
-static void die(pnb_context *context)
+/* The planar suite's meshes, or anything that can be loaded. */
+static pnb_scene *load(pnb_context *context, const char *name, pnb_light *light)
 {
-    fprintf(stderr, "penumbra: error: %s\n", pnb_context_error(context));
-    exit(1);
+    static const struct {
+        const char *name;
+        enum bench_shape shape;
+        int rows, columns;
+    } meshes[] = {
+        {"blob", BENCH_BLOB, 100, 50},
+        {"knot", BENCH_KNOT, 500, 10},
+        {"box", BENCH_BOX, 0, 0},
+        {"slabs", BENCH_SLABS, 0, 0},
+    };
+    pnb_scene *scene = NULL;
+    for (size_t i = 0; i < sizeof(meshes) / sizeof(meshes[0]); i++)
+        if (strcmp(name, meshes[i].name) == 0) {
+            scene = bench_scene(context, meshes[i].shape, meshes[i].rows, meshes[i].columns);
+            *light = (pnb_light){.type = PNB_LIGHT_RECTANGLE,
+                                 .color = {1, 1, 1},
+                                 .shape.rectangle = {{0.8, 7, 0}, {0.7, 0, 0}, {0, 0, 0.7}}};
+            return scene;
+        }
+    if (pnb_scene_load(context, name, &scene))
+        bench_die(context);
+    pnb_scene_light(scene, 0, light);
+    return scene;
 }
 
 static double dice(uint64_t *state)
@@ -79,7 +106,7 @@ static pnb_solver *solver_of(pnb_context *context, pnb_scene *scene, const char 
     pnb_solver_desc desc = {
         .method = method, .samples = samples, .params = params, .param_count = count};
     if (pnb_solver_create(context, scene, &desc, &solver))
-        die(context);
+        bench_die(context);
     return solver;
 }
 
@@ -108,27 +135,25 @@ static struct errors judge(const struct points *p, double tolerance)
     return e;
 }
 
-static void measure(const char *name, double tolerance, const char *extra_key,
-                    const char *extra_value, bool json, bool first)
+static void measure(const char *name, double tolerance, bool json, bool first)
 {
     pnb_context *context;
     pnb_scene *scene;
     char text[32];
     snprintf(text, sizeof(text), "%.9g", tolerance);
-    pnb_solver_param params[2] = {{"tolerance", text}, {extra_key, extra_value}};
-    size_t param_count = extra_key ? 2 : 1;
-    if (pnb_context_create(NULL, &context) || pnb_scene_load(context, name, &scene))
-        die(context);
+    pnb_solver_param param = {"tolerance", text};
+    if (pnb_context_create(NULL, &context))
+        exit(1);
     pnb_light light;
-    pnb_scene_light(scene, 0, &light);
-    pnb_solver_desc desc = {.params = params, .param_count = param_count};
+    scene = load(context, name, &light);
+    pnb_solver_desc desc = {.params = &param, .param_count = 1};
     double best = 1e30;
     pnb_shadow *shadow = NULL;
     pnb_solver_report report;
     for (int i = 0; i < 3; i++) {
         pnb_shadow_destroy(shadow);
         if (pnb_shadow_create(context, scene, &light, &desc, &shadow))
-            die(context);
+            bench_die(context);
         pnb_shadow_get_report(shadow, &report);
         best = fmin(best, report.visibility_ms);
         if (report.visibility_ms > 3000)
@@ -160,14 +185,14 @@ static void measure(const char *name, double tolerance, const char *extra_key,
     }
     pnb_solver_param area = {"exact-area", "on"};
     pnb_solver *exact = solver_of(context, scene, "exact", 4096, &area, 1);
-    pnb_solver *planar = solver_of(context, scene, "planar", 0, params, param_count);
+    pnb_solver *planar = solver_of(context, scene, "planar", 0, &param, 1);
     struct errors e[2];
     for (int k = 0; k < 2; k++) {
         struct points p =
             make_points(&plane, view.planes[0], k ? lo : all_lo, k ? hi : all_hi, POINTS);
         if (pnb_solver_visibility(exact, &light, &p.receivers, p.truth) ||
             pnb_solver_visibility(planar, &light, &p.receivers, p.seen))
-            die(context);
+            bench_die(context);
         e[k] = judge(&p, tolerance);
         free_points(&p);
     }
@@ -194,22 +219,130 @@ static void measure(const char *name, double tolerance, const char *extra_key,
     pnb_context_destroy(context);
 }
 
+/* A point of an area light, to be moved. */
+static double *place_of(pnb_light *light)
+{
+    switch (light->type) {
+    case PNB_LIGHT_RECTANGLE: return light->shape.rectangle.center;
+    case PNB_LIGHT_DISK: return light->shape.disk.center;
+    case PNB_LIGHT_POINT: return light->shape.point.position;
+    default: return NULL;
+    }
+}
+
+/* The light moves 0.3 m in a hundred steps; how far a method's change at a point differs from the
+ * truth's own. */
+static void steadiness(const char *name, bool json, bool first)
+{
+    enum { side = 96, steps = 100, points = side * side };
+    static const struct {
+        const char *name;
+        int samples;
+        pnb_solver_param params[2];
+        size_t count;
+    } modes[] = {
+        {"rings, 3 samples", 3, {{NULL, NULL}}, 0},
+        {"rings, 16 samples", 16, {{NULL, NULL}}, 0},
+        {"intensity=exact, 16 samples", 16, {{"intensity", "exact"}}, 1},
+        {"tolerance=1/64", 0, {{"tolerance", "0.015625"}}, 1},
+        {"tolerance=1/64 keep=yes", 0, {{"tolerance", "0.015625"}, {"keep", "yes"}}, 2},
+    };
+    enum { mode_count = sizeof(modes) / sizeof(modes[0]) };
+    static float positions[3 * points], normals[3 * points];
+    static float truth[2][points], seen[mode_count][2][points];
+    for (int i = 0; i < points; i++) {
+        positions[3 * i] = (float)(4 * (2 * (i % side + 0.5) / side - 1));
+        positions[3 * i + 2] = (float)(4 * (2 * (i / side + 0.5) / side - 1));
+        normals[3 * i + 1] = 1;
+    }
+    pnb_receivers receivers = {.count = points, .positions = positions, .normals = normals};
+    pnb_context *context;
+    pnb_light begin;
+    pnb_solver *solvers[mode_count];
+    double worst[mode_count] = {0}, mean[mode_count] = {0}, ms[mode_count] = {0},
+           error[mode_count] = {0};
+    if (pnb_context_create(NULL, &context))
+        exit(1);
+    pnb_scene *scene = load(context, name, &begin);
+    if (!place_of(&begin)) {
+        fprintf(stderr, "penumbra: error: %s: its light is none that can be moved here\n", name);
+        exit(1);
+    }
+    pnb_solver_param area = {"exact-area", "on"};
+    pnb_solver *exact = solver_of(context, scene, "exact", 4096, &area, 1);
+    for (int m = 0; m < mode_count; m++)
+        solvers[m] =
+            solver_of(context, scene, "planar", modes[m].samples, modes[m].params, modes[m].count);
+    for (int step = 0; step <= steps; step++) {
+        pnb_light light = begin;
+        place_of(&light)[0] += 0.3 * step / steps;
+        place_of(&light)[2] += 0.1 * step / steps;
+        int now = step & 1, old = !now;
+        if (pnb_solver_visibility(exact, &light, &receivers, truth[now]))
+            bench_die(context);
+        for (int m = 0; m < mode_count; m++) {
+            if (pnb_solver_visibility(solvers[m], &light, &receivers, seen[m][now]))
+                bench_die(context);
+            pnb_solver_report report;
+            pnb_solver_get_report(solvers[m], &report);
+            double jump = 0;
+            for (int i = 0; i < points; i++) {
+                if (isnan(seen[m][now][i]))
+                    continue;
+                error[m] = fmax(error[m], fabs(seen[m][now][i] - truth[now][i]));
+                if (step > 0)
+                    jump = fmax(jump, fabs(seen[m][now][i] - seen[m][old][i] -
+                                           (truth[now][i] - truth[old][i])));
+            }
+            if (step > 0) {
+                worst[m] = fmax(worst[m], jump);
+                mean[m] += jump / steps;
+                ms[m] += report.visibility_ms / steps;
+            }
+        }
+    }
+    if (json)
+        printf("%s\n {\"scene\": \"%s\", \"steady\": [", first ? "" : ",", name);
+    for (int m = 0; m < mode_count; m++) {
+        if (json)
+            printf("%s\n  {\"mode\": \"%s\", \"worst_jump\": %g, \"mean_jump\": %g, "
+                   "\"max_error\": %g, \"ms\": %g}",
+                   m ? "," : "", modes[m].name, worst[m], mean[m], error[m], ms[m]);
+        else
+            printf("%-28s %-28s %8.3f %8.3f %8.3f %8.1f\n", name, modes[m].name, worst[m], mean[m],
+                   error[m], ms[m]);
+        pnb_solver_destroy(solvers[m]);
+    }
+    if (json)
+        printf("]}");
+    fflush(stdout);
+    pnb_solver_destroy(exact);
+    pnb_scene_destroy(scene);
+    pnb_context_destroy(context);
+}
+
 static void help(void)
 {
-    printf("usage: penumbra bench planar-tolerance [--json] [--tolerance T] [SCENE...]\n");
+    printf("usage: penumbra bench planar-tolerance [--json] [--steady | --tolerance T] [SCENE...]\n"
+           "SCENE is anything that penumbra loads, or one of the planar suite's meshes: blob knot "
+           "box slabs\n");
 }
 
 int main(int argc, char **argv)
 {
-    static const char *const usual[] = {"builtin:two-boxes", "builtin:pole", "builtin:knot",
-                                        "builtin:disk"};
+    static const char *const usual[] = {
+        "builtin:two-boxes", "builtin:pole", "builtin:knot", "builtin:disk", "builtin:blocker",
+        "builtin:room",      "blob",         "knot",         "box",          "slabs"};
+    static const char *const moving[] = {"builtin:two-boxes", "builtin:knot", "builtin:pole"};
     double tolerance = 1.0 / 255;
-    bool json = false, first = true;
+    bool json = false, first = true, steady = false;
     const char *const *scenes = usual;
     int count = sizeof(usual) / sizeof(usual[0]), i = 1;
     for (; i < argc && argv[i][0] == '-'; i++) {
         if (strcmp(argv[i], "--json") == 0) {
             json = true;
+        } else if (strcmp(argv[i], "--steady") == 0) {
+            steady = true;
         } else if (strcmp(argv[i], "--tolerance") == 0 && i + 1 < argc && atof(argv[i + 1]) > 0) {
             tolerance = atof(argv[++i]);
         } else {
@@ -217,17 +350,26 @@ int main(int argc, char **argv)
             return strcmp(argv[i], "--help") ? 2 : 0;
         }
     }
+    if (steady) {
+        scenes = moving;
+        count = sizeof(moving) / sizeof(moving[0]);
+    }
     if (i < argc) {
         scenes = (const char *const *)argv + i;
         count = argc - i;
     }
     if (json)
         printf("{\"suite\": \"planar-tolerance\", \"rows\": [");
+    else if (steady)
+        printf("%-28s %-28s %8s %8s %8s %8s\n", "scene", "mode", "jump", "mean", "error", "ms");
     else
         printf("%-28s %8s %8s | %6s %8s | %8s %6s %8s | %8s %8s\n", "scene", "penumbra", "umbra",
                "max", "within", "penumbra", "max", "within", "exact", "ms");
     for (int k = 0; k < count; k++) {
-        measure(scenes[k], tolerance, NULL, NULL, json, first);
+        if (steady)
+            steadiness(scenes[k], json, first);
+        else
+            measure(scenes[k], tolerance, json, first);
         first = false;
     }
     if (json)

@@ -43,8 +43,12 @@ static void fix_between(struct tiling *m, const uint32_t *tiles, int count, uint
         for (int k = 0; k < 3; k++) {
             struct tiling_tile *t = &m->tiles[tiles[i]];
             uint32_t p = t->v[k], q = t->v[(k + 1) % 3];
-            if ((p == a && q == b) || (p == b && q == a))
-                t->fixed |= (uint8_t)(1 << k);
+            if ((p != a || q != b) && (p != b || q != a))
+                continue;
+            t->fixed |= (uint8_t)(1 << k);
+            /* Where the vertex lay beside the line, the side is one of the patch's outline. */
+            if (t->near[k] != PLANAR_NONE)
+                m->tiles[t->near[k] / 3].fixed |= (uint8_t)(1 << t->near[k] % 3);
         }
 }
 
@@ -163,7 +167,7 @@ static bool remove_vertex(struct tiling *m, uint32_t v, double limit, double mos
     tiling_replace(m, tiles, n, best, n - 2);
     if (vertex->jump)
         fix_between(m, tiles, n - 2, ring[ends[0]], ring[ends[1]]);
-    vertex->tile = PLANAR_NONE;
+    tiling_forget_vertex(m, v);
     for (int i = 0; i < n - 2; i++)
         tiling_push_tile(m, tiles[i]);
     return true;

@@ -48,6 +48,7 @@ void shadow_settings_read(const pnb_solver *solver, struct shadow_settings *s)
         .join = solver_param_number(solver, "join"),
         .reconnect = solver_param_number(solver, "reconnect"),
         .tolerance = solver_param_number(solver, "tolerance"),
+        .keep = strcmp(solver_param(solver, "keep"), "yes") == 0,
         .simplify = solver_param_number(solver, "simplify"),
     };
 }
@@ -308,6 +309,12 @@ static const pnb_param_info params[] = {
      .minimum = 0,
      .maximum = 1,
      .summary = "refine the mesh until it is this near the exact shadow; 0: rings"},
+    {.key = "keep",
+     .type = PNB_PARAM_CHOICE,
+     .default_value = "no",
+     .choices = "no|yes",
+     .summary = "with a tolerance: go on from the last frame's mesh instead of a new one; steadier "
+                "under a light that moves little"},
     {.key = "simplify",
      .type = PNB_PARAM_NUMBER,
      .default_value = "0",

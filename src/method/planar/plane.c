@@ -158,6 +158,7 @@ void shadow_plane_finish(pnb_context *context, struct shadow_plane *plane)
     for (size_t i = 0; i < plane->occluder_count; i++)
         silhouette_occluder_finish(context, &plane->occluders[i]);
     memory_free(context, plane->occluders);
+    shadow_forget_kept(context, plane);
     *plane = (struct shadow_plane){0};
 }
 

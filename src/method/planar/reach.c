@@ -36,7 +36,7 @@ pnb_status reach_find_foot(struct shadow_builder *b, const struct shadow_plane *
         in.segments[in.segment_count++] = (struct planar_segment){
             outline.segments[i].a, outline.segments[i].b, outline.segments[i].weight};
     /* The dark side counts for more than all feet together, whichever way they turn. */
-    for (int i = 0; i < region->dark_count && !status; i++) {
+    for (int i = 0; i < region->dark_count && !region->dark_apart && !status; i++) {
         uint32_t n = (uint32_t)in.point_count;
         in.points[in.point_count++] = region->dark[i];
         in.segments[in.segment_count++] = (struct planar_segment){
@@ -101,6 +101,21 @@ static void find_dark_side(const struct shadow_plane *plane, const struct light_
     }
 }
 
+/* The dark side is the receiver's box on one side of a line: it meets another box within just where
+ * it holds a corner of that. A step's width counts as in it. */
+static bool in_dark(const struct reach *r, struct planar_point p)
+{
+    int left = 0, right = 0;
+    for (int i = 0; i < r->dark_count; i++) {
+        struct planar_point a = r->dark[i], b = r->dark[(i + 1) % r->dark_count];
+        double length = hypot((double)b.x - a.x, (double)b.y - a.y);
+        double off = (double)planar_orient(a, b, p) / fmax(length, 1);
+        left += off >= -4;
+        right += off <= 4;
+    }
+    return left == r->dark_count || right == r->dark_count;
+}
+
 bool reach_find_region(struct shadow_plane *plane, const struct shadow_cluster *clusters,
                        size_t count, const struct light_shape *shape, double far, double lift,
                        struct reach *r)
@@ -146,7 +161,19 @@ bool reach_find_region(struct shadow_plane *plane, const struct shadow_cluster *
         return false;
     r->shadow_lo = on_grid(plane, empty ? plane->lo : lo);
     r->shadow_hi = on_grid(plane, empty ? plane->hi : hi);
-    r->lo = r->dark_count ? on_grid(plane, plane->lo) : r->shadow_lo;
-    r->hi = r->dark_count ? on_grid(plane, plane->hi) : r->shadow_hi;
+    bool whole = r->dark_count > 0;
+    if (whole && !empty) {
+        struct planar_point corner[4] = {r->shadow_lo,
+                                         {r->shadow_hi.x, r->shadow_lo.y},
+                                         r->shadow_hi,
+                                         {r->shadow_lo.x, r->shadow_hi.y}};
+        bool apart = true;
+        for (int i = 0; i < 4; i++)
+            apart &= !in_dark(r, corner[i]);
+        r->dark_apart = apart;
+        whole = !apart;
+    }
+    r->lo = whole ? on_grid(plane, plane->lo) : r->shadow_lo;
+    r->hi = whole ? on_grid(plane, plane->hi) : r->shadow_hi;
     return true;
 }

@@ -23,14 +23,17 @@
 
 #define SAFETY        0.85
 #define SMALLEST      (1.0 / 6000)
-#define CELLS         9 /* each triangle has a sample in each of its ninths */
-#define SAMPLES_LEAST 5 /* with fewer a triangle is not split: first more samples */
+#define CELLS         9   /* each triangle has a sample in each of its ninths */
+#define SAMPLES_LEAST 5   /* with fewer a triangle is not split: first more samples */
+#define KEEP_SLACK    0.6 /* a kept mesh loses vertices only where this much of the limit is kept */
+#define KEEP_GROWTH   1.5 /* a kept mesh that has grown this much is made anew */
+#define KEEP_ROOM     0.25 /* of the reach: by how much more a kept mesh covers */
 #define ROUNDS_MAX    40
 #define TRIANGLES_MAX 400000
 
 struct wanted {
     struct planar_point p;
-    uint32_t tile;
+    uint32_t tile; /* or what else it is wanted for */
 };
 
 struct refining {
@@ -41,16 +44,14 @@ struct refining {
     struct tiling *m;
     struct wanted *wanted;
     float *found;
-    uint32_t *order;
-    size_t wanted_count, wanted_capacity, found_capacity, order_capacity;
-    uint64_t random;
+    size_t wanted_count, wanted_capacity, found_capacity;
 };
 
 /* [0, 1), the same numbers on every run. */
 static double dice(struct refining *r)
 {
-    r->random += 0x9e3779b97f4a7c15ull;
-    uint64_t z = r->random;
+    r->m->random += 0x9e3779b97f4a7c15ull;
+    uint64_t z = r->m->random;
     z = (z ^ z >> 30) * 0xbf58476d1ce4e5b9ull;
     z = (z ^ z >> 27) * 0x94d049bb133111ebull;
     return (double)((z ^ z >> 31) >> 11) * 0x1p-53;
@@ -127,7 +128,41 @@ static void point_in_cell(struct refining *r, int cell, double *w)
         w[k] = (at[cell][k] + (cell < 6 ? c[k] : 1 - c[k])) / 3;
 }
 
-/* Asks for samples in every ninth of a changed triangle that has none. */
+/* Which flank of a corner a point near it lies on: 0, 1, or -1. Around a corner that jumps the
+ * shadow depends on the direction. */
+static int flank_of(const double *w, int corner)
+{
+    double a = w[(corner + 1) % 3], b = w[(corner + 2) % 3];
+    if (w[corner] < 2 / 3.0)
+        return -1;
+    return a > 3 * b ? 0 : b > 3 * a ? 1 : -1;
+}
+
+static void point_at_flank(struct refining *r, int corner, int flank, double *w)
+{
+    double rest = 0.05 + 0.25 * dice(r), side = 0.85 + 0.12 * dice(r);
+    w[corner] = 1 - rest;
+    w[(corner + 1) % 3] = rest * (flank ? 1 - side : side);
+    w[(corner + 2) % 3] = rest * (flank ? side : 1 - side);
+}
+
+static pnb_status want_in(struct refining *r, uint32_t tile, const struct planar_point *p,
+                          const double *w)
+{
+    double x = 0, y = 0;
+    for (int k = 0; k < 3; k++) {
+        x += w[k] * p[k].x;
+        y += w[k] * p[k].y;
+    }
+    struct planar_point q = {(int32_t)floor(x + 0.5), (int32_t)floor(y + 0.5)};
+    if (planar_orient(p[0], p[1], q) > 0 && planar_orient(p[1], p[2], q) > 0 &&
+        planar_orient(p[2], p[0], q) > 0)
+        return want(r, q, tile);
+    return PNB_OK;
+}
+
+/* Asks for samples in every ninth of a changed triangle that has none, and on the flanks of corners
+ * that jump. */
 static pnb_status collect(struct refining *r)
 {
     struct tiling *m = r->m;
@@ -143,28 +178,30 @@ static pnb_status collect(struct refining *r)
         struct planar_point p[3];
         for (int k = 0; k < 3; k++)
             p[k] = m->vertices[t->v[k]].p;
-        double area = (double)planar_orient(p[0], p[1], p[2]);
-        unsigned seen = 0;
+        double area = (double)planar_orient(p[0], p[1], p[2]), w[3];
+        unsigned seen = 0, flanks = 0;
         for (uint32_t s = t->first; s != PLANAR_NONE; s = m->samples[s].next) {
             struct planar_point q = m->samples[s].p;
-            double w[3] = {(double)planar_orient(p[1], p[2], q) / area,
-                           (double)planar_orient(p[2], p[0], q) / area,
-                           (double)planar_orient(p[0], p[1], q) / area};
+            for (int k = 0; k < 3; k++)
+                w[k] = (double)planar_orient(p[(k + 1) % 3], p[(k + 2) % 3], q) / area;
             seen |= 1u << cell_of(w);
+            for (int k = 0; k < 3; k++) {
+                int flank = flank_of(w, k);
+                flanks |= flank < 0 ? 0 : 1u << (2 * k + flank);
+            }
+        }
+        for (int f = 0; f < 6 && !status; f++) {
+            if (!m->vertices[t->v[f / 2]].jump || (flanks >> f & 1))
+                continue;
+            point_at_flank(r, f / 2, f % 2, w);
+            seen |= 1u << cell_of(w);
+            status = want_in(r, i, p, w);
         }
         for (int cell = 0; cell < CELLS && !status; cell++) {
             if (seen >> cell & 1)
                 continue;
-            double w[3], x = 0, y = 0;
             point_in_cell(r, cell, w);
-            for (int k = 0; k < 3; k++) {
-                x += w[k] * p[k].x;
-                y += w[k] * p[k].y;
-            }
-            struct planar_point q = {(int32_t)floor(x + 0.5), (int32_t)floor(y + 0.5)};
-            if (planar_orient(p[0], p[1], q) > 0 && planar_orient(p[1], p[2], q) > 0 &&
-                planar_orient(p[2], p[0], q) > 0)
-                status = want(r, q, i);
+            status = want_in(r, i, p, w);
         }
     }
     return status;
@@ -397,25 +434,151 @@ static pnb_status refine(struct refining *r)
     return status;
 }
 
-static pnb_status copy_out(const struct tiling *m, const struct shadow_plane *plane,
-                           struct shadow_part *part)
+/* Samples that a kept mesh can do without: those of a ninth, or a flank, that has others. */
+static void thin_samples(struct refining *r)
 {
-    if (!memory_reserve(m->context, (void **)&part->points, &part->point_capacity, 0,
-                        m->vertex_count, 2 * sizeof(*part->points)) ||
-        !memory_reserve(m->context, (void **)&part->triangles, &part->triangle_capacity, 0,
-                        m->tile_count, sizeof(*part->triangles)))
-        return status_no_memory(m->context, m->vertex_count * 16);
-    for (size_t i = 0; i < m->vertex_count; i++) {
-        part->points[2 * i] = plane->center[0] + m->vertices[i].p.x / plane->scale;
-        part->points[2 * i + 1] = plane->center[1] + m->vertices[i].p.y / plane->scale;
+    struct tiling *m = r->m;
+    for (uint32_t i = 0; i < m->tile_count; i++) {
+        struct tiling_tile *t = &m->tiles[i];
+        if (t->v[0] == PLANAR_NONE || t->count <= CELLS)
+            continue;
+        struct planar_point p[3];
+        for (int k = 0; k < 3; k++)
+            p[k] = m->vertices[t->v[k]].p;
+        double area = (double)planar_orient(p[0], p[1], p[2]), w[3];
+        unsigned seen = 0;
+        for (uint32_t s = t->first, next; s != PLANAR_NONE; s = next) {
+            next = m->samples[s].next;
+            for (int k = 0; k < 3; k++)
+                w[k] =
+                    (double)planar_orient(p[(k + 1) % 3], p[(k + 2) % 3], m->samples[s].p) / area;
+            unsigned bits = 1u << cell_of(w);
+            for (int k = 0; k < 3; k++)
+                if (m->vertices[t->v[k]].jump && flank_of(w, k) >= 0)
+                    bits = 1u << (CELLS + 2 * k + flank_of(w, k));
+            if (seen & bits)
+                tiling_drop_sample(m, i, s);
+            seen |= bits;
+        }
     }
-    part->point_count = m->vertex_count;
+}
+
+/* The last frame's mesh under this frame's light: all that it knows is asked for anew; triangles
+ * that are off are split, vertices that are clearly not needed go. */
+static pnb_status go_on(struct refining *r)
+{
+    struct tiling *m = r->m;
+    double limit = SAFETY * r->tolerance;
+    pnb_status status = PNB_OK;
+    thin_samples(r);
+    r->wanted_count = 0;
+    for (uint32_t v = 0; v < m->vertex_count && !status; v++)
+        if (m->vertices[v].tile != PLANAR_NONE)
+            status = want(r, m->vertices[v].p, v);
+    size_t vertices = r->wanted_count;
+    for (uint32_t i = 0; i < m->tile_count && !status; i++)
+        for (uint32_t s = m->tiles[i].first; s != PLANAR_NONE && !status; s = m->samples[s].next)
+            status = want(r, m->samples[s].p, s);
+    if (!status)
+        status = evaluate(r);
+    if (status)
+        return status;
+    for (size_t i = 0; i < r->wanted_count; i++) {
+        uint32_t index = r->wanted[i].tile;
+        if (i >= vertices) {
+            m->samples[index].truth = r->found[i];
+            continue;
+        }
+        /* The fit's share is kept, but in the umbra and where all is lit. */
+        struct tiling_vertex *v = &m->vertices[index];
+        double value = (double)v->value - v->truth + r->found[i];
+        bool even = r->found[i] <= 0 || r->found[i] >= 1;
+        v->truth = r->found[i];
+        v->value = even ? v->truth : (float)fmin(1, fmax(0, value));
+    }
+    for (uint32_t i = 0; i < m->tile_count && !m->no_memory; i++) {
+        if (m->tiles[i].v[0] == PLANAR_NONE)
+            continue;
+        tiling_measure(m, i);
+        m->tiles[i].stale = true;
+        if (m->tiles[i].error > limit)
+            tiling_push_tile(m, i);
+    }
+    tiling_exchange(m);
+    status = rounds(r);
+    if (!status) {
+        tiling_decimate(m, KEEP_SLACK * limit);
+        status = rounds(r);
+    }
+    return status;
+}
+
+/* Whether the mesh of the last frame will do for this one. */
+static bool can_go_on(const struct tiling *kept, const struct reach *region)
+{
+    return kept && kept->tile_count > 0 && (region->dark_count == 0 || region->dark_apart) &&
+           region->lo.x >= kept->lo.x && region->lo.y >= kept->lo.y && region->hi.x <= kept->hi.x &&
+           region->hi.y <= kept->hi.y &&
+           (double)(kept->tile_count - kept->free_tile_count) <
+               KEEP_GROWTH * (double)kept->tiles_at_start;
+}
+
+/* Room for the shadow to move. */
+static void widen(const struct shadow_plane *plane, struct reach *region)
+{
+    double more =
+        KEEP_ROOM * fmax((double)region->hi.x - region->lo.x, (double)region->hi.y - region->lo.y);
+    double lo[2], hi[2];
+    for (int axis = 0; axis < 2; axis++) {
+        lo[axis] = (plane->lo[axis] - plane->center[axis]) * plane->scale;
+        hi[axis] = (plane->hi[axis] - plane->center[axis]) * plane->scale;
+    }
+    region->lo.x = (int32_t)fmax(ceil(lo[0]), region->lo.x - more);
+    region->lo.y = (int32_t)fmax(ceil(lo[1]), region->lo.y - more);
+    region->hi.x = (int32_t)fmin(floor(hi[0]), region->hi.x + more);
+    region->hi.y = (int32_t)fmin(floor(hi[1]), region->hi.y + more);
+}
+
+void shadow_forget_kept(pnb_context *context, struct shadow_plane *plane)
+{
+    if (plane->kept)
+        tiling_finish(plane->kept);
+    memory_free(context, plane->kept);
+    plane->kept = NULL;
+}
+
+static pnb_status copy_out(const struct tiling *m, const struct shadow_plane *plane,
+                           const struct reach *region, struct shadow_part *part)
+{
+    size_t more = region->dark_apart ? (size_t)region->dark_count : 0;
+    if (!memory_reserve(m->context, (void **)&part->points, &part->point_capacity, 0,
+                        m->vertex_count + more, 2 * sizeof(*part->points)) ||
+        !memory_reserve(m->context, (void **)&part->triangles, &part->triangle_capacity, 0,
+                        m->tile_count + more, sizeof(*part->triangles)))
+        return status_no_memory(m->context, m->vertex_count * 16);
+    for (size_t i = 0; i < m->vertex_count + more; i++) {
+        struct planar_point p =
+            i < m->vertex_count ? m->vertices[i].p : region->dark[i - m->vertex_count];
+        part->points[2 * i] = plane->center[0] + p.x / plane->scale;
+        part->points[2 * i + 1] = plane->center[1] + p.y / plane->scale;
+    }
+    part->point_count = m->vertex_count + more;
     for (size_t i = 0; i < m->tile_count; i++) {
         const struct tiling_tile *t = &m->tiles[i];
         const float *v = t->value;
         if (t->v[0] != PLANAR_NONE && (v[0] != 0 || v[1] != 0 || v[2] != 0))
             part->triangles[part->triangle_count++] =
                 (struct shadow_triangle){{t->v[0], t->v[1], t->v[2]}, {v[0], v[1], v[2]}, -1};
+    }
+    /* The dark side, a convex polygon. */
+    uint32_t first = (uint32_t)m->vertex_count;
+    for (uint32_t i = 1; i + 1 < more; i++) {
+        struct shadow_triangle t = {{first, first + i, first + i + 1}, {1, 1, 1}, -1};
+        int64_t turn = planar_orient(region->dark[0], region->dark[i], region->dark[i + 1]);
+        if (turn < 0)
+            t = (struct shadow_triangle){{first, first + i + 1, first + i}, {1, 1, 1}, -1};
+        if (turn != 0)
+            part->triangles[part->triangle_count++] = t;
     }
     return PNB_OK;
 }
@@ -425,7 +588,7 @@ pnb_status shadow_refine(struct shadow_builder *b, struct shadow_plane *plane,
                          struct shadow_part *part)
 {
     pnb_context *context = b->context;
-    struct tiling mesh = {.context = context, .tolerance = settings->tolerance};
+    struct tiling mesh = {.context = context};
     struct refining r = {
         .b = b, .plane = plane, .light = light, .tolerance = settings->tolerance, .m = &mesh};
     struct light_shape shape;
@@ -447,15 +610,37 @@ pnb_status shadow_refine(struct shadow_builder *b, struct shadow_plane *plane,
                                      scene_receiver_lift(b->scene), &region)) {
         r.smallest = SMALLEST * fmax((double)region.shadow_hi.x - region.shadow_lo.x,
                                      (double)region.shadow_hi.y - region.shadow_lo.y);
-        mesh.thin2 = r.smallest * r.smallest / 4096;
-        status = start(&r, &region, &shape, clusters, cluster_count, far);
+        bool on = settings->keep && can_go_on(plane->kept, &region);
+        if (settings->keep && !on) {
+            shadow_forget_kept(context, plane);
+            plane->kept = memory_calloc(context, 1, sizeof(*plane->kept));
+            if (!plane->kept)
+                status = status_no_memory(context, sizeof(*plane->kept));
+            else
+                *plane->kept = mesh;
+            widen(plane, &region);
+        }
+        if (settings->keep && plane->kept)
+            r.m = plane->kept;
+        r.m->tolerance = settings->tolerance;
+        r.m->thin2 = r.smallest * r.smallest / 4096;
+        if (!status && on) {
+            status = go_on(&r);
+        } else if (!status) {
+            status = start(&r, &region, &shape, clusters, cluster_count, far);
+            if (!status)
+                status = refine(&r);
+            r.m->lo = region.lo;
+            r.m->hi = region.hi;
+            r.m->tiles_at_start = r.m->tile_count - r.m->free_tile_count;
+        }
         if (!status)
-            status = refine(&r);
-        if (!status)
-            status = copy_out(&mesh, plane, part);
+            status = copy_out(r.m, plane, &region, part);
     }
+    if (status)
+        shadow_forget_kept(context, plane);
     tiling_finish(&mesh);
-    void *blocks[] = {r.wanted, r.found, r.order, clusters};
+    void *blocks[] = {r.wanted, r.found, clusters};
     for (size_t i = 0; i < sizeof(blocks) / sizeof(blocks[0]); i++)
         memory_free(context, blocks[i]);
     light_shape_finish(context, &shape);

@@ -64,14 +64,18 @@ struct tiling {
     size_t tile_count, tile_capacity;
     struct tiling_sample *samples;
     size_t sample_count, sample_capacity;
-    uint32_t *free_tiles, *free_samples;
-    size_t free_tile_count, free_tile_capacity, free_sample_count, free_sample_capacity;
+    uint32_t *free_tiles, *free_samples, *free_vertices;
+    size_t free_tile_count, free_tile_capacity, free_sample_count, free_sample_capacity,
+        free_vertex_count, free_vertex_capacity;
     uint32_t *stack; /* half-edges to be looked at */
     size_t stack_count, stack_capacity;
     struct tiling_gathered *gathered;
     size_t gathered_count, gathered_capacity;
-    size_t exchanges;
     bool no_memory;
+    /* Of a mesh that is kept between frames. */
+    struct planar_point lo, hi; /* what it covers */
+    size_t tiles_at_start;
+    uint64_t random;
 };
 
 void tiling_finish(struct tiling *m);
@@ -84,6 +88,8 @@ uint32_t tiling_split_side(struct tiling *m, struct planar_point p, float truth,
 void tiling_add_sample(struct tiling *m, struct planar_point p, float truth, uint32_t t);
 /* Takes a sample out; its triangle is t. */
 void tiling_drop_sample(struct tiling *m, uint32_t t, uint32_t sample);
+/* A vertex that no triangle has any more. */
+void tiling_forget_vertex(struct tiling *m, uint32_t v);
 /* Values, error and cost from the samples there are. */
 void tiling_measure(struct tiling *m, uint32_t t);
 void tiling_push_tile(struct tiling *m, uint32_t t);
@@ -112,6 +118,7 @@ struct reach {
     int start;                                /* cells along the longer side at the beginning */
     struct planar_point dark[8];              /* the part on the light's dark side, a polygon */
     int dark_count;
+    bool dark_apart; /* it does not meet the box from lo to hi */
 };
 
 /* The outlines of what stands on the plane. */

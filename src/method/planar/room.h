@@ -25,6 +25,7 @@ struct shadow_settings {
     double join;      /* metres; 0: the grid's own unit */
     double reconnect; /* share of the edges at a crossing of rings that gives way; 0: none */
     double tolerance; /* 0: rings */
+    bool keep;        /* go on from the last frame's mesh */
     bool rings_only;  /* no triangles: for measurements */
     double simplify;  /* metres that coarser occluders may be off, see mesh/simplify.h; 0: none */
 };
@@ -38,6 +39,7 @@ struct shadow_plane {
     struct silhouette_occluder *occluders;
     size_t occluder_count;
     size_t open_edges, non_manifold_edges, open_meshes; /* of the occluders */
+    struct tiling *kept; /* the mesh of the last frame, where meshes are kept; refine.c's */
 };
 
 /* Triangles of the shadow: a value per corner, 0 lit to 1 umbra; linear in between. Corners of one
@@ -155,6 +157,8 @@ pnb_status shadow_truth(struct shadow_builder *builder, const struct shadow_plan
 pnb_status shadow_refine(struct shadow_builder *builder, struct shadow_plane *plane,
                          const pnb_light *light, const struct shadow_settings *settings,
                          struct shadow_part *part);
+
+void shadow_forget_kept(pnb_context *context, struct shadow_plane *plane);
 
 /* locate.c: which triangle holds a point. */
 struct shadow_locator {

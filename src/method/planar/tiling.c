@@ -22,8 +22,8 @@
 
 void tiling_finish(struct tiling *m)
 {
-    void *blocks[] = {m->vertices,     m->tiles, m->samples, m->free_tiles,
-                      m->free_samples, m->stack, m->gathered};
+    void *blocks[] = {m->vertices,     m->tiles,         m->samples, m->free_tiles,
+                      m->free_samples, m->free_vertices, m->stack,   m->gathered};
     for (size_t i = 0; i < sizeof(blocks) / sizeof(blocks[0]); i++)
         memory_free(m->context, blocks[i]);
     *m = (struct tiling){.context = m->context};
@@ -353,7 +353,6 @@ static bool exchange(struct tiling *m, uint32_t half)
     if (plans[0].cost + plans[1].cost >= before * (1 - 1e-4))
         return false;
     tiling_replace(m, pair, 2, plans, 2);
-    m->exchanges++;
     tiling_push_tile(m, i);
     tiling_push_tile(m, j);
     return true;
@@ -395,9 +394,21 @@ static uint32_t add_vertex(struct tiling *m, struct planar_point p, float truth)
 {
     if (!room(m))
         return PLANAR_NONE;
-    m->vertices[m->vertex_count] =
+    uint32_t v = m->free_vertex_count > 0 ? m->free_vertices[--m->free_vertex_count]
+                                          : (uint32_t)m->vertex_count++;
+    m->vertices[v] =
         (struct tiling_vertex){.p = p, .truth = truth, .value = truth, .tile = PLANAR_NONE};
-    return (uint32_t)m->vertex_count++;
+    return v;
+}
+
+void tiling_forget_vertex(struct tiling *m, uint32_t v)
+{
+    m->vertices[v].tile = PLANAR_NONE;
+    if (!memory_reserve(m->context, (void **)&m->free_vertices, &m->free_vertex_capacity,
+                        m->free_vertex_count, 1, sizeof(*m->free_vertices)))
+        m->no_memory = true;
+    else
+        m->free_vertices[m->free_vertex_count++] = v;
 }
 
 uint32_t tiling_split_side(struct tiling *m, struct planar_point p, float truth, uint32_t i, int k)
@@ -572,6 +583,8 @@ const char *tiling_validate(const struct tiling *m)
                 return "neighbours disagree";
             if ((u->fixed >> other % 3 & 1) != (t->fixed >> k & 1))
                 return "neighbours disagree about a fixed side";
+            if (u->inside != t->inside && !(t->fixed >> k & 1))
+                return "a foot's outline is not fixed";
         }
     }
     return NULL;
