@@ -29,6 +29,8 @@
 
 /* Distance of a sun's samples, in sizes of the receiver. */
 #define FAR 1e6
+/* intensity=exact: how far from its face's rings the value at a corner may be. */
+#define BESIDE 0.2
 
 pnb_status shadow_builder_init(pnb_context *context, pnb_scene *scene, struct shadow_builder *b)
 {
@@ -308,46 +310,67 @@ static float corner_value(const struct shadow_builder *b, uint32_t v, int32_t le
     return value < 0 ? 0 : value > 1 ? 1 : value;
 }
 
+/* A place a little inside triangle t, near its corner k. */
+static void beside_corner(const struct shadow_part *part, const struct shadow_triangle *t, int k,
+                          double *out)
+{
+    for (int axis = 0; axis < 2; axis++) {
+        double p = part->points[2 * (size_t)t->v[k] + axis];
+        double q = part->points[2 * (size_t)t->v[(k + 1) % 3] + axis];
+        double r = part->points[2 * (size_t)t->v[(k + 2) % 3] + axis];
+        out[axis] = p + 0.02 * (0.5 * (q + r) - p);
+    }
+}
+
+/* Whether a corner needs a value of its own: the shadow jumps there, or the point's value is none
+ * that a face of this level can have. The second finds points of a line of contact that are not
+ * known as such: where another shadow's outlines cross that line, each outline rounds its crossing
+ * by itself, and they coincide no more. */
+static bool is_beside(const struct shadow_builder *b, const struct shadow_triangle *t, int k,
+                      int rings)
+{
+    if (b->jump[t->v[k]])
+        return true;
+    double per = rings > 1 ? 1.0 / (rings - 1) : 1, value = b->value[t->v[k]];
+    return value < (t->level - 1) * per - BESIDE || value > t->level * per + BESIDE;
+}
+
 /* Exact visibility instead of ring numbers. Where the shadow jumps each face asks a little inside
  * itself. */
 static pnb_status exact_values(struct shadow_builder *b, const struct shadow_plane *plane,
-                               const pnb_light *light, struct shadow_part *part)
+                               const pnb_light *light, int rings, struct shadow_part *part)
 {
-    size_t extra = 0, n = part->point_count;
-    for (size_t i = 0; i < part->triangle_count; i++)
-        for (int k = 0; k < 3; k++)
-            extra += b->jump[part->triangles[i].v[k]];
-    double *points = memory_alloc(b->context, 2 * (n + extra), sizeof(*points));
-    float *visibility = memory_alloc(b->context, n + extra, sizeof(*visibility));
-    pnb_status status = PNB_OK;
+    size_t count = part->point_count, corners = 0;
+    pnb_status status = shadow_truth(b, plane, light, part->points, count, b->value);
+    for (size_t i = 0; i < count && !status; i++)
+        b->value[i] = 1 - b->value[i];
+    for (size_t i = 0; i < part->triangle_count && !status; i++)
+        for (int k = 0; k < 3; k++) {
+            struct shadow_triangle *t = &part->triangles[i];
+            t->value[k] = b->value[t->v[k]];
+            corners += is_beside(b, t, k, rings);
+        }
+    if (status || corners == 0)
+        return status;
+    double *points = memory_alloc(b->context, 2 * corners, sizeof(*points));
+    float *visibility = memory_alloc(b->context, corners, sizeof(*visibility));
     if (!points || !visibility)
-        status = status_no_memory(b->context, 20 * (n + extra));
-    if (!status) {
-        memcpy(points, part->points, 2 * n * sizeof(*points));
-        size_t at = n;
-        for (size_t i = 0; i < part->triangle_count; i++) {
-            const struct shadow_triangle *t = &part->triangles[i];
+        status = status_no_memory(b->context, 20 * corners);
+    for (int pass = 0; pass < 2 && !status; pass++) {
+        size_t at = 0;
+        for (size_t i = 0; i < part->triangle_count; i++)
             for (int k = 0; k < 3; k++) {
-                if (!b->jump[t->v[k]])
+                struct shadow_triangle *t = &part->triangles[i];
+                if (!is_beside(b, t, k, rings))
                     continue;
-                for (int axis = 0; axis < 2; axis++) {
-                    double p = part->points[2 * (size_t)t->v[k] + axis];
-                    double q = part->points[2 * (size_t)t->v[(k + 1) % 3] + axis];
-                    double r = part->points[2 * (size_t)t->v[(k + 2) % 3] + axis];
-                    points[2 * at + axis] = p + 0.02 * (0.5 * (q + r) - p);
-                }
+                if (pass == 0)
+                    beside_corner(part, t, k, points + 2 * at);
+                else
+                    t->value[k] = 1 - visibility[at];
                 at++;
             }
-        }
-        status = shadow_truth(b, plane, light, points, n + extra, visibility);
-    }
-    if (!status) {
-        size_t at = n;
-        for (size_t i = 0; i < part->triangle_count; i++) {
-            struct shadow_triangle *t = &part->triangles[i];
-            for (int k = 0; k < 3; k++)
-                t->value[k] = 1 - visibility[b->jump[t->v[k]] ? at++ : t->v[k]];
-        }
+        if (pass == 0)
+            status = shadow_truth(b, plane, light, points, corners, visibility);
     }
     memory_free(b->context, points);
     memory_free(b->context, visibility);
@@ -545,7 +568,7 @@ pnb_status shadow_build(struct shadow_builder *b, struct shadow_plane *plane,
     double valued = clock_ms();
     b->times.fill_ms += valued - filled;
     if (!status && settings->intensity == SHADOW_EXACT) {
-        status = exact_values(b, plane, &shape->light, part);
+        status = exact_values(b, plane, &shape->light, rings, part);
         b->times.values_ms += clock_ms() - valued;
     }
     return status;
