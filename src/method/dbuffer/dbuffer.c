@@ -41,12 +41,12 @@ struct dbuffer {
     double bias;
     struct dbuffer_volumes volumes;
     struct dbuffer_map map;
-    struct gl_buffer *pieces[2]; /* umbra, penumbra */
+    struct gl_buffer *quads[2], *fans[2]; /* umbra, penumbra */
     struct gl_buffer *faces;
     float *face_vertices;
     size_t face_capacity;
-    struct gl_program *draw[KINDS][2]; /* by layer */
-    struct gl_program *draw_face[2], *evaluate, *point;
+    struct gl_program *draw[KINDS][2]; /* by layer; of volumes, the quads */
+    struct gl_program *draw_fan[KINDS][2], *draw_face[2], *evaluate, *point;
     struct gl_texture *textures[KINDS][2], *depth; /* LAYERS; as many as faces */
     struct gl_target *targets[KINDS][2][DBUFFER_FACES];
     int face_count; /* that the textures have */
@@ -79,11 +79,17 @@ static pnb_status make_programs(pnb_solver *solver, struct dbuffer *b)
         const char *second = layer == 1 ? "#define SECOND 1\n" : "";
         status = make_program(b, "method/dbuffer/occluder.vert", "method/dbuffer/occluder.frag",
                               second, position, 1, &b->draw[OCCLUDER][layer]);
-        for (int kind = UMBRA; kind <= PENUMBRA && status == PNB_OK; kind++) {
-            snprintf(defines, sizeof(defines), "%s%s%s", layered, second,
-                     kind == UMBRA ? "#define UMBRA 1\n" : "");
-            status = make_program(b, "method/dbuffer/volume.vert", "method/dbuffer/volume.frag",
-                                  defines, piece, 7, &b->draw[kind][layer]);
+        for (int i = 0; i < 4 && status == PNB_OK; i++) {
+            int kind = i & 1 ? PENUMBRA : UMBRA;
+            bool fan = i & 2;
+            snprintf(defines, sizeof(defines), "%s%s%s%s", layered, second,
+                     kind == PENUMBRA ? "" : "#define UMBRA 1\n",
+                     fan                ? "#define FAN 1\n"
+                     : kind == PENUMBRA ? ""
+                                        : "#define OUTLINE 1\n");
+            status =
+                make_program(b, "method/dbuffer/volume.vert", "method/dbuffer/volume.frag", defines,
+                             piece, 7, fan ? &b->draw_fan[kind][layer] : &b->draw[kind][layer]);
         }
         snprintf(defines, sizeof(defines), "%s%s#define UMBRA 1\n#define FACE 1\n", layered,
                  second);
@@ -130,8 +136,9 @@ static pnb_status dbuffer_create(pnb_solver *solver, struct opengl_state *state)
     b->bias = solver_param_number(solver, "bias");
     dbuffer_volumes_init(solver->context, &b->volumes);
     pnb_status status = make_programs(solver, b);
-    for (int i = 0; i < 2 && status == PNB_OK; i++)
-        status = gl_buffer_create(b->device, NULL, 4096, true, &b->pieces[i]);
+    for (int i = 0; i < 4 && status == PNB_OK; i++)
+        status =
+            gl_buffer_create(b->device, NULL, 4096, true, i < 2 ? &b->quads[i] : &b->fans[i - 2]);
     if (status == PNB_OK)
         status = gl_buffer_create(b->device, NULL, 4096, true, &b->faces);
     warn_of_open_meshes(solver, state->occluders);
@@ -161,10 +168,13 @@ static void dbuffer_destroy(pnb_solver *solver, struct opengl_state *state)
         return;
     destroy_textures(b);
     for (int layer = 0; layer < 2; layer++) {
-        for (int kind = 0; kind < KINDS; kind++)
+        for (int kind = 0; kind < KINDS; kind++) {
             gl_program_destroy(b->draw[kind][layer]);
+            gl_program_destroy(b->draw_fan[kind][layer]);
+        }
         gl_program_destroy(b->draw_face[layer]);
-        gl_buffer_destroy(b->pieces[layer]);
+        gl_buffer_destroy(b->quads[layer]);
+        gl_buffer_destroy(b->fans[layer]);
     }
     gl_program_destroy(b->evaluate);
     gl_program_destroy(b->point);
@@ -306,17 +316,10 @@ static void draw_occluders(struct pass *pass, int layer)
     }
 }
 
-static void draw_volume(struct pass *pass, int kind, int layer)
+static void draw_pieces(struct pass *pass, struct gl_draw *draw, struct gl_program *program,
+                        struct gl_buffer *buffer, size_t count)
 {
-    struct dbuffer *b = pass->b;
-    double matrix[16];
-    dbuffer_map_matrix(&b->map, pass->face, pass->disk, false, matrix);
-    clear(pass, kind, layer);
-    struct gl_draw draw = begin_draw(pass, b->draw[kind][layer], kind, layer);
     const size_t stride = sizeof(struct dbuffer_piece);
-    struct gl_buffer *pieces = b->pieces[kind == PENUMBRA];
-    draw.count = 6;
-    draw.instances = kind == UMBRA ? b->volumes.umbra_count : b->volumes.penumbra_count;
     static const struct {
         int components;
         size_t offset;
@@ -327,9 +330,43 @@ static void draw_volume(struct pass *pass, int kind, int layer)
                       {3, offsetof(struct dbuffer_piece, outline1)},
                       {3, offsetof(struct dbuffer_piece, outline2)},
                       {2, offsetof(struct dbuffer_piece, outline_p)}};
+    if (count == 0)
+        return;
+    draw->program = program;
+    draw->count = 6;
+    draw->instances = count;
     for (int i = 0; i < 7; i++)
-        draw.attributes[i] = (struct gl_attribute){pieces, attributes[i].components, false,
-                                                   stride, attributes[i].offset,     1};
+        draw->attributes[i] = (struct gl_attribute){buffer, attributes[i].components, false,
+                                                    stride, attributes[i].offset,     1};
+    gl_draw(pass->b->device, draw);
+}
+
+static void draw_faces(struct pass *pass, struct gl_draw *draw, struct gl_program *program)
+{
+    static const int components[] = {3, 3, 3, 2};
+    struct dbuffer *b = pass->b;
+    size_t stride = 11 * sizeof(float), offset = 0;
+    if (b->volumes.face_count == 0)
+        return;
+    memset(draw->attributes, 0, sizeof(draw->attributes));
+    draw->program = program;
+    draw->instances = 0;
+    draw->count = 3 * b->volumes.face_count;
+    for (int i = 0; i < 4; i++) {
+        draw->attributes[i] =
+            (struct gl_attribute){b->faces, components[i], false, stride, offset, 0};
+        offset += (size_t)components[i] * sizeof(float);
+    }
+    gl_draw(b->device, draw);
+}
+
+static void draw_volume(struct pass *pass, int kind, int layer)
+{
+    struct dbuffer *b = pass->b;
+    double matrix[16];
+    dbuffer_map_matrix(&b->map, pass->face, pass->disk, false, matrix);
+    clear(pass, kind, layer);
+    struct gl_draw draw = begin_draw(pass, NULL, kind, layer);
     struct gl_uniform *u = draw.uniforms;
     *u++ = gl_mat4("clip_from_light", matrix);
     *u++ = gl_float("radius", pass->disk->radius);
@@ -345,31 +382,24 @@ static void draw_volume(struct pass *pass, int kind, int layer)
         *u++ = gl_sampler("behind_texture", b->textures[OCCLUDER][1]);
     if (layer == 1)
         *u++ = gl_sampler("first_texture", b->textures[kind][0]);
-    if (draw.instances > 0)
-        gl_draw(b->device, &draw);
-    if (kind != UMBRA || b->volumes.face_count == 0)
-        return;
-    draw.program = b->draw_face[layer];
-    memset(draw.attributes, 0, sizeof(draw.attributes));
-    draw.instances = 0;
-    draw.count = 3 * b->volumes.face_count;
-    const size_t float_size = sizeof(float), face_stride = 11 * float_size;
-    draw.attributes[0] = (struct gl_attribute){b->faces, 3, false, face_stride, 0, 0};
-    draw.attributes[1] = (struct gl_attribute){b->faces, 3, false, face_stride, 3 * float_size, 0};
-    draw.attributes[2] = (struct gl_attribute){b->faces, 3, false, face_stride, 6 * float_size, 0};
-    draw.attributes[3] = (struct gl_attribute){b->faces, 2, false, face_stride, 9 * float_size, 0};
-    gl_draw(b->device, &draw);
+    int which = kind == PENUMBRA;
+    draw_pieces(pass, &draw, b->draw[kind][layer], b->quads[which], b->volumes.quads[which].count);
+    draw_pieces(pass, &draw, b->draw_fan[kind][layer], b->fans[which],
+                b->volumes.fans[which].count);
+    if (kind == UMBRA)
+        draw_faces(pass, &draw, b->draw_face[layer]);
 }
 
 static pnb_status upload_volumes(pnb_solver *solver, struct dbuffer *b)
 {
     const struct dbuffer_volumes *v = &b->volumes;
     pnb_status status = PNB_OK;
-    if (v->umbra_count > 0)
-        status = gl_buffer_write(b->pieces[0], v->umbra, v->umbra_count * sizeof(*v->umbra));
-    if (status == PNB_OK && v->penumbra_count > 0)
-        status =
-            gl_buffer_write(b->pieces[1], v->penumbra, v->penumbra_count * sizeof(*v->penumbra));
+    for (int i = 0; i < 4 && status == PNB_OK; i++) {
+        const struct dbuffer_pieces *p = i < 2 ? &v->quads[i] : &v->fans[i - 2];
+        if (p->count > 0)
+            status = gl_buffer_write(i < 2 ? b->quads[i] : b->fans[i - 2], p->pieces,
+                                     p->count * sizeof(*p->pieces));
+    }
     if (status != PNB_OK || v->face_count == 0)
         return status;
     if (!memory_reserve(solver->context, (void **)&b->face_vertices, &b->face_capacity, 0,
@@ -494,12 +524,12 @@ static pnb_status draw_disk(pnb_solver *solver, struct opengl_state *state,
         gl_target_clear(target, &lit);
     }
     const struct dbuffer_volumes *v = &b->volumes;
-    solver_count(solver, "umbra_edges", (double)v->umbra_edges);
-    solver_count(solver, "penumbra_edges", (double)v->penumbra_edges);
+    solver_count(solver, "umbra_edges", (double)v->edges[0]);
+    solver_count(solver, "penumbra_edges", (double)v->edges[1]);
     solver_count(solver, "skipped_edges", (double)v->skipped_edges);
     solver_count(solver, "concave_edges", (double)v->concave_edges);
-    solver_count(solver, "umbra_pieces", (double)v->umbra_count);
-    solver_count(solver, "penumbra_pieces", (double)v->penumbra_count);
+    solver_count(solver, "umbra_pieces", (double)(v->quads[0].count + v->fans[0].count));
+    solver_count(solver, "penumbra_pieces", (double)(v->quads[1].count + v->fans[1].count));
     solver_count(solver, "silhouette_faces", (double)v->face_count);
     solver_count(solver, "buffer_faces", b->map.face_count);
     solver_count(solver, "volumes_ms", built - started);
@@ -533,7 +563,7 @@ static pnb_status dbuffer_draw(pnb_solver *solver, struct opengl_state *state,
 }
 
 static const pnb_param_info params[] = {
-    {"size", PNB_PARAM_INTEGER, "1024", 16, 8192, NULL,
+    {"size", PNB_PARAM_INTEGER, "512", 16, 8192, NULL,
      "a face of the D-buffer has size x size texels"},
     {"layers", PNB_PARAM_INTEGER, "2", 1, 2, NULL,
      "intersections with the light that a texel holds: 1 as in the paper, 2 as in its outlook"},

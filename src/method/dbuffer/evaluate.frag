@@ -16,10 +16,22 @@ uniform highp sampler2DArray behind_texture, umbra2_texture, penumbra2_texture;
 
 out float visibility;
 
-float visibility_at(ivec3 texel, float d, float slack, bool backfacing)
+bool is_hidden(ivec3 texel, float d, float slack, bool backfacing)
 {
     float occluder = texelFetch(occluder_texture, texel, 0).r;
-    if (backfacing || (occluder > 0.0 && d > occluder + slack)) {
+    return backfacing || (occluder > 0.0 && d > occluder + slack);
+}
+
+// Where a texel's ray meets the plane of a receiver at d: under = n . x.
+float own_distance(vec3 n, vec2 tap, int face, float under, float d)
+{
+    float along = dot(n, map_ray(face, tap));
+    return along * under > 0.0 ? clamp(under / along, 0.7 * d, 1.4 * d) : d;
+}
+
+float visibility_at(ivec3 texel, float d, float slack, bool backfacing)
+{
+    if (is_hidden(texel, d, slack, backfacing)) {
         // The centre is hidden: what is seen past the occluder's edges.
         Cut first = cut_at(texelFetch(umbra_texture, texel, 0), d);
 #ifdef LAYERS2
@@ -68,22 +80,32 @@ void main()
     float facing = max(abs(under) / d, 0.1);
     float slack = bias * texel * d / facing;
 #ifdef LINEAR
-    vec2 corner = at - 0.5;
-    vec2 low = floor(corner), part = corner - low;
-    float sum = 0.0;
-    for (int k = 0; k < 4; k++) {
-        vec2 step_k = vec2(k & 1, k >> 1);
-        vec2 weight = mix(1.0 - part, part, step_k);
-        vec2 tap = clamp(low + step_k, vec2(0.0), vec2(map_size - 1.0));
+    const int taps = 4;
+    vec2 low = floor(at - 0.5), part = at - 0.5 - low;
 #else
-    float sum = 0.0;
-    {
-        vec2 weight = vec2(1.0);
-        vec2 tap = min(floor(at), vec2(map_size - 1.0));
+    const int taps = 1;
+    vec2 low = floor(at), part = vec2(0.0);
 #endif
-        // Where this ray meets the receiver's plane.
-        float along = dot(n, map_ray(face, tap));
-        float own = along * under > 0.0 ? clamp(under / along, 0.7 * d, 1.4 * d) : d;
+    // Most pixels are lit, or dark, as far as a few distances tell.
+    bool lit = true, dark = true;
+    for (int k = 0; k < taps; k++) {
+        vec2 tap = clamp(low + vec2(k & 1, k >> 1), vec2(0.0), vec2(map_size - 1.0));
+        ivec3 texel_k = ivec3(tap, face);
+        float own = own_distance(n, tap, face, under, d);
+        bool hidden = is_hidden(texel_k, own, slack, backfacing);
+        float umbra = texelFetch(umbra_texture, texel_k, 0).x;
+        float penumbra = texelFetch(penumbra_texture, texel_k, 0).x;
+        lit = lit && !hidden && (penumbra == 0.0 || own <= penumbra);
+        dark = dark && hidden && (umbra == 0.0 || own <= umbra);
+    }
+    float sum = lit ? 1.0 : 0.0;
+    // A loop, which ends where all is known, rather than a branch: software rasterisers take both
+    // sides of branches.
+    int count = lit || dark ? 0 : taps;
+    for (int k = 0; k < count; k++) {
+        vec2 place = vec2(k & 1, k >> 1), weight = mix(1.0 - part, part, place);
+        vec2 tap = clamp(low + place, vec2(0.0), vec2(map_size - 1.0));
+        float own = own_distance(n, tap, face, under, d);
         sum += weight.x * weight.y * visibility_at(ivec3(tap, face), own, slack, backfacing);
     }
     visibility = clamp(sum, 0.0, 1.0);

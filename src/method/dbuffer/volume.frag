@@ -13,8 +13,11 @@
 // the farthest win, for occluders behind each other; SECOND sees to those.)
 #include "method/dbuffer/light.glsl"
 
+// piece.glsl
 flat in vec3 line_a, line_b, outline_a, outline_b;
 flat in vec2 tangent, corners, outline_tangent;
+flat in vec4 plane, outline_plane;
+flat in float angle, outline_angle;
 #ifdef FACE
 in vec3 at;
 #endif
@@ -47,17 +50,12 @@ float aside(vec3 x, vec3 v)
     return dot(seen - tangent, vec2(-tangent.y, tangent.x)) / (radius * radius);
 }
 
-// Where the ray meets the plane through a line and an extrusion point; a + k (b - a) is where the
-// line from there to that point passes the line.
-float plane_distance(vec3 ray, vec3 a, vec3 b, vec2 p, out float k)
+// Where the line from x to an extrusion point passes the line ab: a + k (b - a).
+float pass_at(vec3 x, vec3 a, vec3 b, vec2 p)
 {
-    vec3 origin = vec3(p, 0.0);
-    vec3 normal = cross(a - origin, b - origin);
-    float q = dot(normal, a) / dot(normal, ray);
-    vec3 along = b - a, sight = q * ray - origin;
-    vec3 across = cross(along, sight);
-    k = -dot(cross(a - origin, sight), across) / dot(across, across);
-    return q;
+    vec3 origin = vec3(p, 0.0), sight = x - origin;
+    vec3 across = cross(b - a, sight);
+    return -dot(cross(a - origin, sight), across) / dot(across, across);
 }
 
 #ifdef UMBRA
@@ -70,7 +68,7 @@ bool blocked(vec3 e, float q)
         return false;
     vec3 c = outline_a + clamp(dot(e - outline_a, along) / dot(along, along), 0.0, 1.0) * along;
     float texel = 2.0 * max(map_fit.z, map_fit.w) / map_size;
-    c += 2.5 * texel * length(c) * normalize(cross(outline_a, outline_b));
+    c += 3.0 * texel * length(c) * normalize(cross(outline_a, outline_b));
     vec2 beside;
     int other = map_find(c, beside);
     if (other < 0)
@@ -82,72 +80,71 @@ bool blocked(vec3 e, float q)
 
 void main()
 {
-    vec3 e;
-    float corner = 16777216.0;
     ivec3 texel = ivec3(gl_FragCoord.xy, face);
     float occluder = texelFetch(occluder_texture, texel, 0).r;
-    vec3 ray = map_ray(face, vec2(texel.xy));
-    float q, s, angle;
+    vec3 ray = map_ray(face, vec2(texel.xy)), e;
+    float q, s, of = angle, corner = 16777216.0;
+#ifdef FAN
+    // The cone over an arc of the rim.
+    s = line_a.z / ray.z;
+    vec2 off = line_a.xy - s * ray.xy;
+    float b = length(off);
+    if (!(s > 0.0) || b >= radius * 0.99999)
+        discard;
+    q = radius * s / (radius - b);
+    of = atan(off.y, off.x);
+    e = line_a;
+    if (corners.x < 10.0)
+        corner = -1.0 - pack(0.5 + corners.x / (2.0 * PI), 0.5 + corners.y / (2.0 * PI));
+#else
+    // The plane through the edge and its extrusion point.
+    q = plane.w / dot(plane.xyz, ray);
+    float k = pass_at(q * ray, line_a, line_b, tangent);
+    e = line_a + k * (line_b - line_a);
+    s = e.z / ray.z;
 #ifdef FACE
-    float d = length(at);
     if (tangent == vec2(0.0)) {
         // No edge to go by: the light above the face's own plane is seen from the face itself,
         // half of it from far away.
+        float d = length(at);
         float trace = abs(dot(line_a, at)) / max(length(line_a.xy) * radius, 1e-20);
         float t = 0.5 * max(0.0, 1.0 - trace);
         s = 0.9 * d;
         q = s * d / (s + 2.0 * t * (d - s));
-        angle = atan(line_a.y, line_a.x);
+        of = atan(line_a.y, line_a.x);
         e = at;
-    } else
-#endif
-        if (line_a == line_b) {
-        // A fan: the cone over an arc of the rim.
-        s = line_a.z / ray.z;
-        vec2 off = line_a.xy - s * ray.xy;
-        float b = length(off);
-        if (!(s > 0.0) || b >= radius * 0.99999)
-            discard;
-        q = radius * s / (radius - b);
-        angle = atan(off.y, off.x);
-        e = line_a;
-        if (corners.x < 10.0)
-            corner = -1.0 - pack(0.5 + corners.x / (2.0 * PI), 0.5 + corners.y / (2.0 * PI));
-    } else {
-        float k;
-        q = plane_distance(ray, line_a, line_b, tangent, k);
-        e = line_a + k * (line_b - line_a);
-        if (!(q > 0.0) || q * per_far > 1e4)
-            discard;
-        s = e.z / ray.z;
-        angle = atan(tangent.y, tangent.x);
-#ifdef UMBRA
-        // The same solid's outline before the edge takes as much light, or more. Of one solid's
-        // side the umbra ends where it ends behind all that bounds it: here the farthest wins.
-        if (outline_tangent != vec2(0.0)) {
-            float q2 = plane_distance(ray, outline_a, outline_b, outline_tangent, k);
-            if (k > -0.1 && k < 1.1) {
-                if (!(q2 > 0.0) || q2 * per_far > 1e4)
-                    discard;
-                if (q2 > q) {
-                    q = q2;
-                    s = mix(outline_a.z, outline_b.z, k) / ray.z;
-                    angle = atan(outline_tangent.y, outline_tangent.x);
-                }
-            }
-        }
-#endif
-        if (!(s > 0.0))
-            discard;
-        s = min(s, 0.99999 * q);
-        // The nearer of its ends that is a corner.
-        float off1 = corners.x < 10.0 ? aside(q * ray, line_a) : 8.0;
-        float off2 = corners.y < 10.0 ? aside(q * ray, line_b) : 8.0;
-        bool first = abs(off1) < abs(off2);
-        float off = first ? off1 : off2;
-        if (abs(off) < 8.0)
-            corner = pack(0.5 + off / 16.0, 0.5 + (first ? corners.x : corners.y) / (2.0 * PI));
     }
+#endif
+    if (!(q > 0.0) || q * per_far > 1e4)
+        discard;
+#ifdef OUTLINE
+    // The same solid's outline before the edge takes as much light, or more. Of one solid's side
+    // the umbra ends where it ends behind all that bounds it: here the farthest wins.
+    float q2 = outline_plane.w / dot(outline_plane.xyz, ray);
+    k = pass_at(q2 * ray, outline_a, outline_b, outline_tangent);
+    if (outline_angle < 10.0 && k > -0.1 && k < 1.1) {
+        if (!(q2 > 0.0) || q2 * per_far > 1e4)
+            discard;
+        if (q2 > q) {
+            q = q2;
+            s = mix(outline_a.z, outline_b.z, k) / ray.z;
+            of = outline_angle;
+        }
+    }
+#endif
+    if (!(s > 0.0))
+        discard;
+    s = min(s, 0.99999 * q);
+#ifndef FACE
+    // The nearer of its ends that is a corner.
+    float off1 = corners.x < 10.0 ? aside(q * ray, line_a) : 8.0;
+    float off2 = corners.y < 10.0 ? aside(q * ray, line_b) : 8.0;
+    bool first = abs(off1) < abs(off2);
+    float off = first ? off1 : off2;
+    if (abs(off) < 8.0)
+        corner = pack(0.5 + off / 16.0, 0.5 + (first ? corners.x : corners.y) / (2.0 * PI));
+#endif
+#endif
 
 #ifdef UMBRA
 #ifndef FACE
@@ -183,6 +180,6 @@ void main()
         discard;
 #endif
 #endif
-    distances = vec4(q, s, angle, corner);
+    distances = vec4(q, s, of, corner);
     gl_FragDepth = min(q * per_far, 1.0);
 }

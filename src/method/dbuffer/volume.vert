@@ -8,8 +8,7 @@ in vec2 outline_p;
 uniform mat4 clip_from_light;
 uniform float far_z; // the farthest receiver's height; 0: none is the farthest
 
-flat out vec3 line_a, line_b, outline_a, outline_b;
-flat out vec2 tangent, corners, outline_tangent;
+#include "method/dbuffer/piece.glsl"
 
 vec4 extrude(vec3 v, vec2 from)
 {
@@ -25,12 +24,6 @@ void main()
               : k == 1 ? vec4(v2, 1.0)
               : k == 2 ? extrude(v2, p.zw)
                        : extrude(v1, p.xy);
-    line_a = v1;
-    line_b = v2;
-    outline_a = outline1;
-    outline_b = outline2;
-    tangent = p.xy;
-    corners = corner;
-    outline_tangent = outline_p;
+    pass_piece(v1, v2, p.xy, corner, outline1, outline2, outline_p);
     gl_Position = clip_from_light * at;
 }

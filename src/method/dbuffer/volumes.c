@@ -34,6 +34,8 @@
 #define ARC_STEP (M_PI / 6)
 /* Faces between an umbra edge and the outline seen from the centre, at most. */
 #define WALK_STEPS 24
+/* The way there crosses edges that run within 70 degrees of the umbra edge. */
+#define ALONG_COSINE 0.35
 /* An outline belongs to an edge whose extrusion point lies within 60 degrees of where it looks. */
 #define OUTLINE_COSINE 0.5
 /* Quads that part by more than this have no common corner to speak of. */
@@ -60,8 +62,10 @@ void dbuffer_volumes_init(pnb_context *context, struct dbuffer_volumes *volumes)
 void dbuffer_volumes_finish(struct dbuffer_volumes *volumes)
 {
     pnb_context *context = volumes->context;
-    memory_free(context, volumes->umbra);
-    memory_free(context, volumes->penumbra);
+    for (int i = 0; i < 2; i++) {
+        memory_free(context, volumes->quads[i].pieces);
+        memory_free(context, volumes->fans[i].pieces);
+    }
     memory_free(context, volumes->faces);
     memory_free(context, volumes->facing);
     memory_free(context, volumes->links);
@@ -86,16 +90,13 @@ static uint32_t third_corner(const struct gl_occluders *o, uint32_t triangle, ui
     return t[2];
 }
 
-static struct dbuffer_piece *add_piece(struct dbuffer_volumes *s, bool penumbra, vec3 v1, vec3 v2,
-                                       const double p1[2], const double p2[2])
+static struct dbuffer_piece *add_piece(pnb_context *context, struct dbuffer_pieces *to, vec3 v1,
+                                       vec3 v2, const double p1[2], const double p2[2])
 {
-    struct dbuffer_piece **array = penumbra ? &s->penumbra : &s->umbra;
-    size_t *count = penumbra ? &s->penumbra_count : &s->umbra_count;
-    if (!memory_reserve(s->context, (void **)array,
-                        penumbra ? &s->penumbra_capacity : &s->umbra_capacity, *count, 1,
-                        sizeof(**array)))
+    if (!memory_reserve(context, (void **)&to->pieces, &to->capacity, to->count, 1,
+                        sizeof(*to->pieces)))
         return NULL;
-    struct dbuffer_piece *piece = &(*array)[(*count)++];
+    struct dbuffer_piece *piece = &to->pieces[to->count++];
     memset(piece, 0, sizeof(*piece));
     v3_storef(piece->v1, v1);
     v3_storef(piece->v2, v2);
@@ -129,17 +130,23 @@ static double height_over(const struct gl_occluders *o, const struct silhouette_
  * centre comes to see them; NULL where the way is lost. */
 static const struct gl_edge *find_outline(const struct dbuffer_volumes *s,
                                           const struct gl_occluders *o,
-                                          const struct silhouette_disk *disk, uint32_t triangle)
+                                          const struct silhouette_disk *disk, uint32_t triangle,
+                                          vec3 along)
 {
     uint32_t came = MESH_NONE;
     for (int step = 0; step < WALK_STEPS; step++) {
         uint32_t best_edge = MESH_NONE, best = MESH_NONE;
         double best_height = -1;
-        for (int i = 0; i < 3; i++) {
-            uint32_t e = s->across[3 * (size_t)triangle + i];
+        /* Across edges that run along the first one, or else across any. */
+        for (int i = 0; i < 6 && (i != 3 || best_edge == MESH_NONE); i++) {
+            uint32_t e = s->across[3 * (size_t)triangle + i % 3];
             if (e == MESH_NONE || e == came)
                 continue;
             const struct gl_edge *edge = &o->edges[e];
+            vec3 runs = v3_sub(v3_loadf(o->positions + 3 * (size_t)edge->b),
+                               v3_loadf(o->positions + 3 * (size_t)edge->a));
+            if (i < 3 && fabs(v3_dot(runs, along)) < ALONG_COSINE * v3_length(runs))
+                continue;
             uint32_t other = edge->first == triangle ? edge->second : edge->first;
             double height = other == MESH_NONE ? -HUGE_VAL : height_over(o, disk, other);
             if (height > best_height) {
@@ -177,7 +184,9 @@ static const struct gl_edge *outline_of_edge(const struct dbuffer_volumes *s,
     double first = height_over(o, disk, edge->first), second = height_over(o, disk, edge->second);
     if (first > 0 || second > 0)
         return (first > 0) != (second > 0) ? edge : NULL;
-    return find_outline(s, o, disk, first > second ? edge->first : edge->second);
+    return find_outline(s, o, disk, first > second ? edge->first : edge->second,
+                        v3_normalize(v3_sub(v3_loadf(o->positions + 3 * (size_t)edge->b),
+                                            v3_loadf(o->positions + 3 * (size_t)edge->a))));
 }
 
 /* The quad of a directed silhouette edge, and its ends for the fans. */
@@ -200,23 +209,24 @@ static bool add_edge(struct dbuffer_volumes *s, const struct gl_occluders *o,
         link.ends[i] = v3_mad(in, v3_sub(out, in), (least - in.z) / (out.z - in.z));
         link.cut[i] = true;
     }
-    *(penumbra ? &s->penumbra_edges : &s->umbra_edges) += 1;
-    link.piece = penumbra ? s->penumbra_count : s->umbra_count;
-    struct dbuffer_piece *piece = add_piece(s, penumbra, link.ends[0], link.ends[1], p, p);
+    s->edges[penumbra]++;
+    link.piece = s->quads[penumbra].count;
+    struct dbuffer_piece *piece =
+        add_piece(s->context, &s->quads[penumbra], link.ends[0], link.ends[1], p, p);
     if (!piece || !memory_reserve(s->context, (void **)&s->links, &s->link_capacity, s->link_count,
                                   1, sizeof(*s->links)))
         return false;
     s->links[s->link_count++] = link;
     if (!penumbra && o->objects[object].closed) {
         const struct gl_edge *outline = outline_of_edge(s, o, disk, edge);
-        vec3 outline_at[2] = {{0}};
+        vec3 outline_at[2] = {link.ends[0], link.ends[1]};
         double points[2][2];
         if (outline) {
             /* One that looks another way belongs to another side of the solid. */
             outline_ends(o, disk, outline, outline_at);
             vec3 out = v3_cross(outline_at[0], outline_at[1]);
             if (!(out.x * p[0] + out.y * p[1] > OUTLINE_COSINE * disk->radius * v3_length(out)))
-                outline_at[0] = outline_at[1] = v3(0, 0, 0);
+                outline_at[0] = link.ends[0], outline_at[1] = link.ends[1];
             else if (outline != edge &&
                      silhouette_disk_tangents(disk->radius, outline_at[0], outline_at[1], points))
                 for (int i = 0; i < 2; i++)
@@ -283,25 +293,25 @@ static bool add_fan(struct dbuffer_volumes *s, bool penumbra, double radius,
     int count = (int)ceil(fabs(turn) / ARC_STEP);
     double step = turn / count, start = atan2(in->p[1], in->p[0]);
     double outside = radius / cos(step / 2), last[2] = {in->p[0], in->p[1]};
-    struct dbuffer_piece *pieces = penumbra ? s->penumbra : s->umbra;
+    struct dbuffer_piece *quads = s->quads[penumbra].pieces;
     bool corner = fabs(turn) < CORNER_MAX;
     float angles[2] = {(float)start, (float)atan2(out->p[1], out->p[0])};
     if (corner) {
-        pieces[in->piece].corner[1] = angles[1];
-        pieces[out->piece].corner[0] = angles[0];
+        quads[in->piece].corner[1] = angles[1];
+        quads[out->piece].corner[0] = angles[0];
     }
     for (int i = 0; i <= count; i++) {
         double angle = start + (i == count ? turn : (i + 0.5) * step);
         double r = i == count ? radius : outside, p[2] = {r * cos(angle), r * sin(angle)};
-        struct dbuffer_piece *piece = add_piece(s, penumbra, in->ends[1], in->ends[1], last, p);
+        struct dbuffer_piece *piece =
+            add_piece(s->context, &s->fans[penumbra], in->ends[1], in->ends[1], last, p);
         if (!piece)
             return false;
-        pieces = penumbra ? s->penumbra : s->umbra;
         for (int k = 0; k < 2 && corner; k++)
             piece->corner[k] = angles[k];
-        memcpy(piece->outline1, pieces[in->piece].outline1, sizeof(piece->outline1));
-        memcpy(piece->outline2, pieces[in->piece].outline2, sizeof(piece->outline2));
-        memcpy(piece->outline_p, pieces[in->piece].outline_p, sizeof(piece->outline_p));
+        memcpy(piece->outline1, quads[in->piece].outline1, sizeof(piece->outline1));
+        memcpy(piece->outline2, quads[in->piece].outline2, sizeof(piece->outline2));
+        memcpy(piece->outline_p, quads[in->piece].outline_p, sizeof(piece->outline_p));
         last[0] = p[0], last[1] = p[1];
     }
     return true;
@@ -376,7 +386,7 @@ static bool add_faces(struct dbuffer_volumes *s, const struct gl_occluders *o,
              t < (object->first_index + object->index_count) / 3; t++) {
             if (s->facing[t] != SILHOUETTE_FACE || height_over(o, disk, (uint32_t)t) > 0)
                 continue;
-            const struct gl_edge *edge = find_outline(s, o, disk, (uint32_t)t);
+            const struct gl_edge *edge = find_outline(s, o, disk, (uint32_t)t, v3(0, 0, 0));
             vec3 ends[2];
             double points[2][2] = {{0}};
             if (edge) {
@@ -416,8 +426,9 @@ static bool is_concave(const struct gl_occluders *o, const struct gl_edge *edge)
 pnb_status dbuffer_volumes_build(struct dbuffer_volumes *s, const struct gl_occluders *o,
                                  const struct silhouette_disk *disk)
 {
-    s->umbra_count = s->penumbra_count = s->face_count = 0;
-    s->umbra_edges = s->penumbra_edges = s->skipped_edges = s->concave_edges = 0;
+    for (int i = 0; i < 2; i++)
+        s->quads[i].count = s->fans[i].count = s->edges[i] = 0;
+    s->face_count = s->skipped_edges = s->concave_edges = 0;
     if (!memory_reserve(s->context, (void **)&s->facing, &s->facing_capacity, 0, o->triangle_count,
                         1))
         return status_no_memory(s->context, o->triangle_count);

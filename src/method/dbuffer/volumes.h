@@ -27,8 +27,8 @@ struct dbuffer_piece {
      * fan: the angles of both quads that it joins. */
     float corner[2];
     /* Umbra: the outline, seen from the light's centre, of the solid before the edge, in the same
-     * direction; often the edge itself. Zero: unknown. With its own extrusion point; zero where it
-     * is the edge itself, or has none. */
+     * direction; the edge itself where it is that, or where the way to it is lost. Zero: of an open
+     * mesh. outline_p is its own extrusion point; zero where it has none. */
     float outline1[3], outline2[3], outline_p[2];
 };
 
@@ -42,12 +42,15 @@ struct dbuffer_face {
 
 struct dbuffer_volumes {
     pnb_context *context;
-    struct dbuffer_piece *umbra, *penumbra;
-    size_t umbra_count, umbra_capacity, penumbra_count, penumbra_capacity;
+    /* By [0: umbra, 1: penumbra]. */
+    struct dbuffer_pieces {
+        struct dbuffer_piece *pieces;
+        size_t count, capacity;
+    } quads[2], fans[2];
+    size_t edges[2]; /* silhouette edges */
     struct dbuffer_face *faces;
     size_t face_count, face_capacity;
-    size_t umbra_edges, penumbra_edges; /* silhouette edges of either kind */
-    size_t skipped_edges;               /* their line meets the light's disk */
+    size_t skipped_edges; /* their line meets the light's disk */
     size_t concave_edges; /* of closed objects: hidden from the light by their own solid */
     /* Scratch, kept from frame to frame. */
     uint8_t *facing;

@@ -1,0 +1,196 @@
+/* bench/bench_dbuffer.c: 'penumbra bench dbuffer': the paper's Table 1 remade.
+ *
+ * Four scenes stand for the paper's (224, 960, 5,760 and 1,440 triangles of occluder), at 300^2,
+ * 600^2 and 1000^2 pixels: frames per second, the share of the frame that goes into finding
+ * silhouettes and volumes (the CPU's part), and the time as a ratio to hard-map on OpenGL, which is
+ * measured in turns with it. A frame is what pnb_solver_report.visibility_ms holds: nothing is kept
+ * from the frame before. On a software rasteriser the processor time of a frame is given too: on a
+ * machine that does other work it is the steadier figure.
+ */
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/resource.h>
+
+#include <penumbra/penumbra.h>
+
+#define METHODS_MAX 8
+
+static const struct {
+    const char *scene;
+    int triangles;
+    double paper[3]; /* frames per second on a QuadroFX 3000 */
+} scenes[] = {
+    {"distance-1", 224, {212, 120, 61}},
+    {"light-size-2", 960, {107, 75, 45}},
+    {"complex", 5760, {14.2, 13.0, 12.1}},
+    {"complex-1440", 1440, {28.4, 21.3, 16.9}},
+};
+static const int sizes[] = {300, 600, 1000};
+
+struct column {
+    const char *title, *method;
+    pnb_solver_param params[4];
+    size_t param_count;
+};
+
+struct cell {
+    double ms, processor_ms, volumes_ms;
+};
+
+static void die(pnb_context *context)
+{
+    fprintf(stderr, "penumbra: error: %s\n", pnb_context_error(context));
+    exit(1);
+}
+
+static double processor_ms(void)
+{
+    struct rusage usage;
+    getrusage(RUSAGE_SELF, &usage);
+    return 1e3 * (double)(usage.ru_utime.tv_sec + usage.ru_stime.tv_sec) +
+           1e-3 * (double)(usage.ru_utime.tv_usec + usage.ru_stime.tv_usec);
+}
+
+static double counter(const pnb_solver_report *report, const char *name)
+{
+    for (size_t i = 0; i < report->counter_count; i++)
+        if (strcmp(report->counters[i].name, name) == 0)
+            return report->counters[i].value;
+    return 0;
+}
+
+/* All columns in turns, the best of some runs each. */
+static void measure(pnb_context *context, const char *name, int size, const struct column *columns,
+                    size_t count, int runs, struct cell *cells, char *device, size_t device_size)
+{
+    char path[64];
+    pnb_scene *scene;
+    pnb_surface *surface;
+    pnb_receivers receivers;
+    pnb_light light;
+    pnb_solver *solvers[METHODS_MAX];
+    pnb_solver_report report;
+    snprintf(path, sizeof(path), "builtin:%s", name);
+    if (pnb_scene_load(context, path, &scene) != PNB_OK ||
+        pnb_surface_create(context, scene, NULL, size, size, &surface) != PNB_OK)
+        die(context);
+    pnb_surface_receivers(surface, &receivers);
+    pnb_scene_light(scene, 0, &light);
+    float *visibility = malloc(receivers.count * sizeof(*visibility));
+    if (!visibility)
+        exit(1);
+    for (size_t c = 0; c < count; c++) {
+        pnb_solver_desc desc = {columns[c].method, 0, columns[c].params, columns[c].param_count};
+        if (pnb_solver_create(context, scene, &desc, &solvers[c]) != PNB_OK)
+            die(context);
+        cells[c] = (struct cell){INFINITY, INFINITY, INFINITY};
+    }
+    /* The first round warms up. */
+    for (int run = 0; run <= runs; run++)
+        for (size_t c = 0; c < count; c++) {
+            double before = processor_ms();
+            if (pnb_solver_visibility(solvers[c], &light, &receivers, visibility) != PNB_OK)
+                die(context);
+            pnb_solver_get_report(solvers[c], &report);
+            /* What uploading and reading back take is not the method's. */
+            double other = counter(&report, "upload_ms") + counter(&report, "read_ms");
+            double spent = processor_ms() - before - other;
+            if (run == 0)
+                continue;
+            cells[c].ms = fmin(cells[c].ms, report.visibility_ms);
+            cells[c].processor_ms = fmin(cells[c].processor_ms, fmax(spent, 0));
+            cells[c].volumes_ms = fmin(cells[c].volumes_ms, counter(&report, "volumes_ms"));
+            snprintf(device, device_size, "%s", report.device);
+        }
+    for (size_t c = 0; c < count; c++)
+        pnb_solver_destroy(solvers[c]);
+    free(visibility);
+    pnb_surface_destroy(surface);
+    pnb_scene_destroy(scene);
+}
+
+static int usage(void)
+{
+    printf("usage: penumbra bench dbuffer [--json] [--runs N] [--all]\n\n"
+           "  --runs N   frames per cell (default 5); the best one counts\n"
+           "  --all      beside it hard-volume, pcss, and dbuffer's other choices\n");
+    return 0;
+}
+
+int main(int argc, char **argv)
+{
+    static const struct column columns[] = {
+        {"hard-map", "hard-map", {{"path", "opengl"}}, 1},
+        {"dbuffer", "dbuffer", {{NULL}}, 0},
+        {"layers=1", "dbuffer", {{"layers", "1"}}, 1},
+        {"as the paper", "dbuffer", {{"layers", "1"}, {"filter", "nearest"}, {"v", "paper"}}, 3},
+        {"size=1024", "dbuffer", {{"size", "1024"}}, 1},
+        {"hard-volume", "hard-volume", {{NULL}}, 0},
+        {"pcss", "pcss", {{NULL}}, 0},
+    };
+    bool json = false;
+    int runs = 5;
+    size_t count = 4;
+    for (int i = 1; i < argc; i++) {
+        if (strcmp(argv[i], "--json") == 0)
+            json = true;
+        else if (strcmp(argv[i], "--all") == 0)
+            count = sizeof(columns) / sizeof(*columns);
+        else if (strcmp(argv[i], "--runs") == 0 && i + 1 < argc && atoi(argv[i + 1]) > 0)
+            runs = atoi(argv[++i]);
+        else if (strcmp(argv[i], "--help") == 0 || strcmp(argv[i], "-h") == 0)
+            return usage();
+        else {
+            fprintf(stderr, "penumbra: error: %s: unknown option\n", argv[i]);
+            return 2;
+        }
+    }
+    pnb_context *context;
+    char device[256] = "";
+    struct cell cells[METHODS_MAX], first[3][METHODS_MAX];
+    if (pnb_context_create(NULL, &context) != PNB_OK)
+        return 1;
+    if (json)
+        printf("{\"rows\": [");
+    else
+        printf(
+            "frames per second (processor ms a frame; volumes: ms on the CPU; to 224: of the rate "
+            "at 224 triangles)\n");
+    for (size_t s = 0; s < sizeof(scenes) / sizeof(*scenes); s++)
+        for (int k = 0; k < 3; k++) {
+            measure(context, scenes[s].scene, sizes[k], columns, count, runs, cells, device,
+                    sizeof(device));
+            if (s == 0)
+                memcpy(first[k], cells, sizeof(cells));
+            if (!json)
+                printf("%-13s %5d triangles, %4d^2, the paper %6.1f\n", scenes[s].scene,
+                       scenes[s].triangles, sizes[k], scenes[s].paper[k]);
+            for (size_t c = 0; c < count; c++) {
+                double ratio = cells[c].processor_ms / fmax(cells[0].processor_ms, 1e-3);
+                double rate = first[k][c].processor_ms / fmax(cells[c].processor_ms, 1e-3);
+                if (json)
+                    printf("%s\n  {\"scene\": \"%s\", \"triangles\": %d, \"size\": %d, "
+                           "\"column\": \"%s\", \"milliseconds\": %.4g, \"processor_ms\": %.4g, "
+                           "\"volumes_ms\": %.4g, \"ratio_to_hard_map\": %.4g, "
+                           "\"rate_to_224\": %.4g, \"paper_fps\": %g}",
+                           s + c + (size_t)k ? "," : "", scenes[s].scene, scenes[s].triangles,
+                           sizes[k], columns[c].title, cells[c].ms, cells[c].processor_ms,
+                           cells[c].volumes_ms, ratio, rate, scenes[s].paper[k]);
+                else
+                    printf("    %-13s %7.1f /s  %8.2f ms  (%8.2f processor)  volumes %6.3f ms = "
+                           "%4.1f %%  x%-6.1f hard-map  to 224: %.2f\n",
+                           columns[c].title, 1e3 / cells[c].ms, cells[c].ms, cells[c].processor_ms,
+                           cells[c].volumes_ms,
+                           100 * cells[c].volumes_ms / fmax(cells[c].processor_ms, 1e-3), ratio,
+                           rate);
+            }
+        }
+    if (json)
+        printf("\n], \"device\": \"%s\"}\n", device);
+    else
+        printf("%s\n", device);
+    pnb_context_destroy(context);
+    return 0;
+}
