@@ -4,7 +4,8 @@
  *
  *   hunt [RANDOM [FIRST [METHOD]]]        1000 random scenes from seed 0, all methods
  *   hunt quick [RANDOM [FIRST [METHOD]]]  the random scenes alone
- *   hunt case NAME [METHOD]               one case, as a surprise names it
+ *   hunt case NAME [METHOD]               one case, as a surprise names it; HUNT_SCENE=FILE.json
+ *                                         in the environment writes it as a scene file
  *
  * Asked of every method that does not refuse: visibility in [0,1], NaN only for what is no receiver
  * or (planes only) none of its; the same bytes when asked again and with another number of threads;
@@ -34,6 +35,9 @@ enum { WIDTH = 64, HEIGHT = 48, PIXELS = WIDTH * HEIGHT, TRUTH_SAMPLES = 256 };
 /* Of the processor (all threads), and on the clock for who waits for ever. */
 enum { LIMIT_S = 90, PATIENCE_S = 1200 };
 
+/* No approximation takes light for dark on so many pixels. */
+#define GROSS_ERROR 0.9
+#define GROSS_SHARE 0.04
 #define EXACT_BOUND 0.2 /* `exact` beyond this at some pixel is a surprise: 256 rays are noisy */
 
 /* ---- cases ---- */
@@ -436,14 +440,14 @@ static void check_values(const pnb_method_info *method, const pnb_receivers *rec
                  outside, missing, invented, first, visibility[first]);
 }
 
-static void compare_values(const struct hunted *c, const pnb_method_info *method,
-                           const pnb_light *light, const pnb_receivers *receivers,
-                           const float *visibility, const float *truth, struct finding *finding)
+static void compare_values(const pnb_method_info *method, const pnb_light *light,
+                           const pnb_receivers *receivers, const float *visibility,
+                           const float *truth, struct finding *finding)
 {
     static uint8_t mask[PIXELS], moved_mask[PIXELS];
     static float moved[3 * PIXELS];
     double sum = 0, extent = 0;
-    size_t count = 0, worst = 0;
+    size_t count = 0, worst = 0, upside_down = 0;
     pnb_measure_facing(light, receivers, mask);
     /* In the plane of the light rounding decides: only what a small step does not change. */
     for (size_t i = 0; i < 3 * receivers->count; i++)
@@ -465,6 +469,7 @@ static void compare_values(const struct hunted *c, const pnb_method_info *method
             continue;
         sum += error * error;
         count++;
+        upside_down += error > GROSS_ERROR;
         if (error > finding->worst) {
             finding->worst = error;
             worst = i;
@@ -476,7 +481,9 @@ static void compare_values(const struct hunted *c, const pnb_method_info *method
         light->type != PNB_LIGHT_POINT && finding->rmse > 0.01)
         surprise(finding, "off by %.3g at pixel %zu, RMSE %.3g", finding->worst, worst,
                  finding->rmse);
-    (void)c;
+    if (upside_down > 30 && (double)upside_down > GROSS_SHARE * (double)count)
+        surprise(finding, "light where it is dark or dark where it is lit: %zu of %zu pixels",
+                 upside_down, count);
 }
 
 static pnb_status solve(pnb_solver *solver, const pnb_light *light, const pnb_receivers *receivers,
@@ -552,8 +559,11 @@ static void try_case(const struct hunted *c, const pnb_method_info *method, stru
         }
         pnb_surface_receivers(surface, &receivers);
         pnb_scene_light(scene, 0, &light);
-        if (talkative && turn == 0)
+        if (talkative && turn == 0) {
             print_light(&light);
+            if (getenv("HUNT_SCENE") && pnb_scene_write_json(scene, getenv("HUNT_SCENE")) != PNB_OK)
+                fprintf(stderr, "hunt: %s\n", pnb_context_error(context));
+        }
         float *visibility = turn ? second : first;
         status = pnb_solver_create(context, scene, &desc, &solver);
         if (status == PNB_OK)
@@ -578,7 +588,7 @@ static void try_case(const struct hunted *c, const pnb_method_info *method, stru
             pnb_solver_desc rays = {.method = "reference", .samples = TRUTH_SAMPLES};
             if (pnb_solver_create(context, scene, &rays, &reference) == PNB_OK &&
                 pnb_solver_visibility(reference, &light, &receivers, truth) == PNB_OK)
-                compare_values(c, method, &light, &receivers, first, truth, finding);
+                compare_values(method, &light, &receivers, first, truth, finding);
             check_update(context, scene, &desc, solver, &light, finding);
         } else if (memcmp(first, second, sizeof(first)) != 0) {
             surprise(finding, "one thread answers otherwise than three");

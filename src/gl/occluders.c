@@ -1,7 +1,8 @@
 /* gl/occluders.c: the casting objects of a scene in world space, with edges and face planes.
  *
  * Per object: vertices welded by position (mesh/edges.c), triangles by welded vertices, mirrored
- * placements turned so that faces stay counter-clockwise from outside. Edges pair their uses: first
+ * placements and closed meshes whose faces point inwards turned so that faces are counter-clockwise
+ * from outside. Edges pair their uses: first
  * those that run in opposite directions, then the rest among themselves (same_way), and the last
  * one of an odd number stays alone. Cost: O(vertices + triangles), once per mesh or placement.
  * Memory: 12 bytes a vertex, 28 a triangle, 20 an edge.
@@ -93,23 +94,37 @@ static void add_edge(struct gl_occluders *o, const struct mesh_edges *edges,
     }
 }
 
+/* Does the mesh enclose a negative volume: do its faces run clockwise from outside? */
+static bool inside_out(const struct mesh *mesh)
+{
+    double volume = 0;
+    vec3 origin = v3_loadf(mesh->positions + 3 * (size_t)mesh->indices[0]);
+    for (size_t t = 0; t < mesh->triangle_count; t++) {
+        vec3 c[3];
+        for (size_t k = 0; k < 3; k++)
+            c[k] = v3_sub(v3_loadf(mesh->positions + 3 * (size_t)mesh->indices[3 * t + k]), origin);
+        volume += v3_dot(c[0], v3_cross(c[1], c[2]));
+    }
+    return volume < 0;
+}
+
 static void add_object(pnb_scene *scene, size_t index, struct gl_occluders *o)
 {
     const pnb_object *object = &scene->objects[index].info;
     const struct mesh *mesh = &scene->meshes[object->mesh];
     const struct mesh_edges *edges = mesh->edges;
-    bool mirrored = m34_det(object->world_from_mesh) < 0;
+    bool closed =
+        edges->open_count == 0 && edges->non_manifold_count == 0 && edges->inconsistent_count == 0;
+    bool mirrored = (m34_det(object->world_from_mesh) < 0) != (closed && inside_out(mesh));
     uint32_t first_vertex = (uint32_t)o->vertex_count, first_triangle = (uint32_t)o->triangle_count;
     struct gl_occluder *occluder = &o->objects[o->object_count++];
-    *occluder =
-        (struct gl_occluder){.object = index,
-                             .first_index = 3 * o->triangle_count,
-                             .index_count = 3 * mesh->triangle_count,
-                             .first_edge = o->edge_count,
-                             .closed = edges->open_count == 0 && edges->non_manifold_count == 0 &&
-                                       edges->inconsistent_count == 0,
-                             .low = v3(INFINITY, INFINITY, INFINITY),
-                             .high = v3(-INFINITY, -INFINITY, -INFINITY)};
+    *occluder = (struct gl_occluder){.object = index,
+                                     .first_index = 3 * o->triangle_count,
+                                     .index_count = 3 * mesh->triangle_count,
+                                     .first_edge = o->edge_count,
+                                     .closed = closed,
+                                     .low = v3(INFINITY, INFINITY, INFINITY),
+                                     .high = v3(-INFINITY, -INFINITY, -INFINITY)};
     for (uint32_t i = 0; i < edges->welded_count; i++) {
         vec3 p = m34_point(object->world_from_mesh,
                            v3_loadf(mesh->positions + 3 * (size_t)edges->welded_vertex[i]));
