@@ -269,6 +269,8 @@ struct exact_work {
     float *loose_frame; /* the same in the tile's frame, blocks of 9 fields */
     size_t loose_frame_count, loose_frame_capacity;
     size_t loose_count, loose_capacity;
+    float *near_frame; /* those near a block of receivers, and their numbers */
+    size_t near_capacity;
     int32_t *cells, *left;
     uint32_t touched;
     /* Samples as bits; see exact_block.inc. Aligned parts of one block of memory. */

@@ -69,6 +69,7 @@ void exact_work_finish(struct exact_work *work)
     memory_free(work->context, work->edges.open);
     memory_free(work->context, work->loose);
     memory_free(work->context, work->loose_frame);
+    memory_free(work->context, work->near_frame);
     memory_free(work->context, work->cells);
     memory_free(work->context, work->left);
     memory_free(work->context, work->candidates);
