@@ -11,6 +11,7 @@
 
 #include <penumbra/penumbra.h>
 
+#include "method/planar/refine.h"
 #include "scene/scene.h"
 
 static pnb_context *new_context(int threads)
@@ -173,6 +174,125 @@ static void tolerance_is_kept(void **state)
         floor_free(&f);
         pnb_scene_destroy(scene);
     }
+    pnb_context_destroy(context);
+}
+
+static double counter(const pnb_solver *solver, const char *name)
+{
+    pnb_solver_report report;
+    pnb_solver_get_report(solver, &report);
+    for (size_t i = 0; i < report.counter_count; i++)
+        if (strcmp(report.counters[i].name, name) == 0)
+            return report.counters[i].value;
+    return -1;
+}
+
+/* Few triangles, and no error beyond 2/255; ceilings some tenths above what is measured. */
+static void tolerance_takes_few_triangles(void **state)
+{
+    static const struct {
+        const char *scene;
+        double triangles;
+    } cases[] = {{"builtin:two-boxes", 4500}, {"builtin:pole", 2500}, {"builtin:blocker", 600}};
+    pnb_context *context = new_context(0);
+    for (size_t i = 0; i < sizeof(cases) / sizeof(cases[0]); i++) {
+        pnb_scene *scene;
+        pnb_solver *solver;
+        pnb_light light;
+        assert_int_equal(pnb_scene_load(context, cases[i].scene, &scene), PNB_OK);
+        pnb_scene_light(scene, 0, &light);
+        struct floor_points f = floor_points(150, 4);
+        pnb_solver_param area = {"exact-area", "on"}, tolerance = {"tolerance", "0.00392"};
+        pnb_solver_desc exact = {
+            .method = "exact", .samples = 4096, .params = &area, .param_count = 1};
+        pnb_solver_desc planar = {.method = "planar", .params = &tolerance, .param_count = 1};
+        assert_int_equal(pnb_solver_create(context, scene, &exact, &solver), PNB_OK);
+        assert_int_equal(pnb_solver_visibility(solver, &light, &f.receivers, f.truth), PNB_OK);
+        pnb_solver_destroy(solver);
+        assert_int_equal(pnb_solver_create(context, scene, &planar, &solver), PNB_OK);
+        assert_int_equal(pnb_solver_visibility(solver, &light, &f.receivers, f.visibility), PNB_OK);
+        size_t off = 0, far_off = 0;
+        for (size_t k = 0; k < f.receivers.count; k++) {
+            double error = fabs(f.visibility[k] - f.truth[k]);
+            off += error > 1.0 / 255;
+            far_off += error > 2.0 / 255;
+        }
+        print_message("%s at 1/255: %.0f triangles, %zu of %zu points off by more than 1/255, %zu "
+                      "by more than 2/255\n",
+                      cases[i].scene, counter(solver, "triangles"), off, f.receivers.count,
+                      far_off);
+        assert_true(counter(solver, "triangles") < cases[i].triangles);
+        assert_true(off <= f.receivers.count / 100);
+        assert_true(far_off <= 1); /* on the foot's very edge */
+        pnb_solver_destroy(solver);
+        floor_free(&f);
+        pnb_scene_destroy(scene);
+    }
+    pnb_context_destroy(context);
+}
+
+/* A mesh that is kept while the light moves stays a tiling, keeps the promise, and is steady; a
+ * leap of the light is as good as a new beginning. */
+static void kept_meshes_are_steady(void **state)
+{
+    enum { steps = 24 };
+    pnb_context *context = new_context(0);
+    pnb_scene *scene;
+    pnb_solver *exact, *planar;
+    assert_int_equal(pnb_scene_load(context, "builtin:pole", &scene), PNB_OK);
+    struct floor_points f = floor_points(96, 4);
+    size_t n = f.receivers.count;
+    float *old = malloc(2 * n * sizeof(float));
+    pnb_solver_param params[2] = {{"tolerance", "0.015625"}, {"keep", "yes"}};
+    pnb_solver_desc desc = {.method = "planar", .params = params, .param_count = 2};
+    assert_int_equal(pnb_solver_create(context, scene, &desc, &planar), PNB_OK);
+    desc = (pnb_solver_desc){.method = "exact", .samples = 4096};
+    assert_int_equal(pnb_solver_create(context, scene, &desc, &exact), PNB_OK);
+    double worst = 0, error = 0;
+    for (int step = 0; step <= steps; step++) {
+        pnb_light light;
+        pnb_scene_light(scene, 0, &light);
+        light.shape.rectangle.center[0] += step < steps ? 0.003 * step : 1.5;
+        light.shape.rectangle.center[2] += 0.001 * step;
+        assert_int_equal(pnb_solver_visibility(exact, &light, &f.receivers, f.truth), PNB_OK);
+        assert_int_equal(pnb_solver_visibility(planar, &light, &f.receivers, f.visibility), PNB_OK);
+        const struct planar_state *inside = planar->state;
+        assert_non_null(inside->planes[0].kept);
+        assert_null(tiling_validate(inside->planes[0].kept));
+        for (size_t i = 0; i < n; i++) {
+            error = fmax(error, fabs(f.visibility[i] - f.truth[i]));
+            if (step > 0 && step < steps)
+                worst = fmax(worst, fabs(f.visibility[i] - old[i] - (f.truth[i] - old[n + i])));
+        }
+        memcpy(old, f.visibility, n * sizeof(float));
+        memcpy(old + n, f.truth, n * sizeof(float));
+    }
+    print_message("kept mesh: worst jump %.3f, worst error %.3f\n", worst, error);
+    assert_true(worst < 0.03);
+    assert_true(error < 0.035);
+    free(old);
+    floor_free(&f);
+    pnb_solver_destroy(planar);
+    pnb_solver_destroy(exact);
+    pnb_scene_destroy(scene);
+    pnb_context_destroy(context);
+}
+
+static void many_samples_are_warned_of(void **state)
+{
+    pnb_context *context = new_context(1);
+    pnb_scene *scene;
+    pnb_solver *solver;
+    assert_int_equal(pnb_scene_load(context, "builtin:pole", &scene), PNB_OK);
+    for (int k = 0; k < 2; k++) {
+        pnb_solver_desc desc = {.method = "planar", .samples = k ? 1000 : 32};
+        pnb_solver_report report;
+        assert_int_equal(pnb_solver_create(context, scene, &desc, &solver), PNB_OK);
+        pnb_solver_get_report(solver, &report);
+        assert_int_equal(report.warning_count, k);
+        pnb_solver_destroy(solver);
+    }
+    pnb_scene_destroy(scene);
     pnb_context_destroy(context);
 }
 
@@ -349,6 +469,9 @@ int main(void)
         cmocka_unit_test(ceilings_of_built_in_scenes),
         cmocka_unit_test(proposals_keep_their_ceilings),
         cmocka_unit_test(tolerance_is_kept),
+        cmocka_unit_test(tolerance_takes_few_triangles),
+        cmocka_unit_test(kept_meshes_are_steady),
+        cmocka_unit_test(many_samples_are_warned_of),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -115,6 +115,11 @@ static pnb_status planar_create(pnb_solver *solver)
     pnb_status status = shadow_builder_init(solver->context, solver->scene, &state->builder);
     if (status)
         return status;
+    if (state->settings.samples > SHADOW_SAMPLES_MANY && state->settings.tolerance == 0)
+        solver_warn(solver,
+                    "%d samples are as many rings, whose crossings grow with the square of their "
+                    "number; -p tolerance=0.004 is more exact and much faster",
+                    state->settings.samples);
     /* The promise can be no better than what it is measured by. */
     if (state->settings.tolerance > 0 && state->settings.tolerance < SHADOW_FINE)
         state->builder.truth_samples = 4096;
@@ -217,7 +222,8 @@ pnb_status shadow_visit(pnb_solver *solver, const pnb_light *light, shadow_visit
             status = shadow_plane_init(context, solver->scene, state->coarse.meshes, object,
                                        towards, plane);
         }
-        bool refine = state->settings.tolerance > 0;
+        /* A point's shadow has no penumbra to be refined: its outline is the truth. */
+        bool refine = state->settings.tolerance > 0 && shape.light.type != PNB_LIGHT_POINT;
         for (size_t c = 0; c < (refine ? 1 : cluster_count) && !status; c++) {
             status = refine ? shadow_refine(&state->builder, plane, light, &state->settings,
                                             &state->part)
@@ -229,6 +235,10 @@ pnb_status shadow_visit(pnb_solver *solver, const pnb_light *light, shadow_visit
         }
     }
     const struct shadow_times *t = &state->builder.times;
+    if (t->unfinished)
+        solver_warn(solver,
+                    "the tolerance is not kept everywhere: the mesh has reached its limit of "
+                    "triangles; ask for a larger one");
     solver_count(solver, "triangles", (double)triangles);
     if (state->coarse.meshes)
         solver_count(solver, "occluder_triangles", (double)state->coarse.triangles_after);

@@ -330,8 +330,10 @@ static pnb_status rounds(struct refining *r)
             break;
         deal(r);
         status = split_all(r);
-        if (m->tile_count - m->free_tile_count > TRIANGLES_MAX)
+        if (m->tile_count - m->free_tile_count > TRIANGLES_MAX) {
+            r->b->times.unfinished = true;
             break;
+        }
     }
     return status;
 }

@@ -7,8 +7,9 @@
 #include "planar/planar.h"
 #include "silhouette/point.h"
 
-#define SHADOW_SAMPLES_MAX 1024
-#define SHADOW_FINE        0.008 /* tolerances below: 4,096 light samples instead of 1,024 */
+#define SHADOW_SAMPLES_MAX  1024
+#define SHADOW_SAMPLES_MANY 128   /* above: slow, a warning */
+#define SHADOW_FINE         0.008 /* tolerances below: 4,096 light samples instead of 1,024 */
 
 enum shadow_placement { SHADOW_OPTIMISED = 0, SHADOW_BORDER, SHADOW_RANDOM };
 /* What becomes of leaks, see build.c. */
@@ -66,6 +67,7 @@ struct shadow_part {
 struct shadow_times {
     double silhouettes_ms, outlines_ms, rings_ms, fill_ms, values_ms;
     size_t silhouette_edges, outline_edges, ring_edges, crossings, exchanges, careful, evaluations;
+    bool unfinished; /* refinement ended at its limit of triangles */
 };
 
 struct shadow_builder {
