@@ -79,7 +79,7 @@ static pnb_status make_planes(pnb_solver *solver, vec3 towards)
     pnb_status status = shadow_coarse_update(context, scene, &state->settings, &state->coarse);
     if (status)
         return status;
-    if (!all || !shadow_next_receiver(scene, &object)) {
+    if (!all || !shadow_next_receiver(scene, towards, &object)) {
         status = shadow_find_receiver(context, scene, all ? "" : name, towards, &object);
         all = false;
     }
@@ -96,7 +96,7 @@ static pnb_status make_planes(pnb_solver *solver, vec3 towards)
                 "of every triangle cast",
                 plane->open_edges, plane->non_manifold_edges);
         object++;
-        if (!all || !shadow_next_receiver(scene, &object))
+        if (!all || !shadow_next_receiver(scene, towards, &object))
             break;
     }
     return status;
@@ -181,8 +181,8 @@ static void lookup_body(void *user, size_t begin, size_t end, int worker)
     }
 }
 
-static pnb_status look_up(void *user, const struct shadow_plane *plane,
-                          const struct shadow_part *part, bool first)
+static pnb_status look_up(void *user, const struct shadow_plane *plane, struct shadow_part *part,
+                          bool first)
 {
     struct lookup *job = user;
     struct shadow_locator locator;
@@ -274,7 +274,8 @@ static const pnb_param_info params[] = {
     {.key = "receiver",
      .type = PNB_PARAM_TEXT,
      .default_value = "",
-     .summary = "object whose plane receives, or 'all' planes; default: the largest plane"},
+     .summary =
+         "object whose plane receives, or 'all' planes and slabs; default: the largest plane"},
     {.key = "placement",
      .type = PNB_PARAM_CHOICE,
      .default_value = "optimised",

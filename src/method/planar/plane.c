@@ -103,10 +103,14 @@ static struct flat_object examine(const pnb_scene *scene, size_t object, vec3 to
     return f;
 }
 
-bool shadow_next_receiver(const pnb_scene *scene, size_t *io_object)
+bool shadow_next_receiver(const pnb_scene *scene, vec3 towards, size_t *io_object)
 {
     for (size_t i = *io_object; i < scene->object_count; i++) {
-        if (scene->objects[i].info.plane && scene->objects[i].info.receives) {
+        const pnb_object *info = &scene->objects[i].info;
+        struct flat_object f = {0};
+        if (info->receives && !info->plane)
+            f = examine(scene, i, towards);
+        if (info->receives && (info->plane || (f.flat && f.slab))) {
             *io_object = i;
             return true;
         }

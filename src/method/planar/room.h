@@ -115,9 +115,9 @@ void shadow_coarse_finish(pnb_context *context, struct shadow_coarse *coarse);
 /* The object named by receiver=, or the largest plane ("" or NULL). */
 pnb_status shadow_find_receiver(pnb_context *context, const pnb_scene *scene, const char *name,
                                 vec3 towards, size_t *out_object);
-/* The other planes of "all": those that were given as planes and receive. Next after object; false:
- * none. */
-bool shadow_next_receiver(const pnb_scene *scene, size_t *io_object);
+/* The receivers of "all": planes, and slabs with a face that looks towards the light. The first
+ * from *io_object on; false: none. */
+bool shadow_next_receiver(const pnb_scene *scene, vec3 towards, size_t *io_object);
 
 /* lights.c: convex pieces of a light, and their samples in plane space. */
 struct shadow_cluster {
@@ -176,6 +176,11 @@ void shadow_locator_finish(pnb_context *context, struct shadow_locator *locator)
  * PLANAR_NONE. */
 double shadow_at(const struct shadow_locator *locator, double x, double y, uint32_t *io_hint);
 
+/* merge.c: the sum of the parts, each times its weight, as one mesh without rings. The parts share
+ * a grid. */
+pnb_status shadow_merge(struct shadow_builder *builder, const struct shadow_part *parts,
+                        size_t count, struct shadow_part *out);
+
 /* The solver's state. */
 struct planar_state {
     struct shadow_builder builder;
@@ -189,7 +194,7 @@ struct planar_state {
 /* Makes the shadow on every plane, part by part; visit is called with each (first: the first part
  * of a plane; lights that are not convex have several, whose weights add up to 1). */
 typedef pnb_status shadow_visitor(void *user, const struct shadow_plane *plane,
-                                  const struct shadow_part *part, bool first);
+                                  struct shadow_part *part, bool first);
 pnb_status shadow_visit(pnb_solver *solver, const pnb_light *light, shadow_visitor *visit,
                         void *user);
 void shadow_settings_read(const pnb_solver *solver, struct shadow_settings *settings);

@@ -7,9 +7,13 @@
 
 #include <string.h>
 
+/* What has been visited of a plane. */
 struct collector {
     struct pnb_shadow *shadow;
-    bool several; /* parts of one plane that overlap */
+    const struct shadow_plane *plane;
+    struct shadow_part *parts;
+    size_t part_count, part_capacity;
+    struct shadow_part merged;
 };
 
 /* The vertices of one part. */
@@ -61,15 +65,10 @@ static pnb_status add_vertices(struct pnb_shadow *s, const struct shadow_plane *
     return ok ? PNB_OK : status_no_memory(context, corners * 40);
 }
 
-static pnb_status collect(void *user, const struct shadow_plane *plane,
-                          const struct shadow_part *part, bool first)
+/* A plane whose parts are all there. */
+static pnb_status add_plane(struct pnb_shadow *s, const struct shadow_plane *plane,
+                            const struct shadow_part *part)
 {
-    struct pnb_shadow *s = user;
-    if (!first)
-        return status_fail(
-            s->context, PNB_ERROR_UNSUPPORTED, "shadow",
-            "the light is not convex: the rings of its pieces overlap; ask for a mesh "
-            "with tolerance=0.01");
     struct shadow_sheet *sheet = &s->sheets[s->view.plane_count];
     s->planes[s->view.plane_count] = (uint32_t)plane->object;
     s->first_triangles[s->view.plane_count++] = (uint32_t)s->view.triangle_count;
@@ -98,6 +97,39 @@ static pnb_status collect(void *user, const struct shadow_plane *plane,
     return PNB_OK;
 }
 
+static pnb_status finish_plane(struct collector *c)
+{
+    struct planar_state *state = c->shadow->solver->state;
+    pnb_status status = PNB_OK;
+    if (c->part_count == 1)
+        status = add_plane(c->shadow, c->plane, &c->parts[0]);
+    if (c->part_count > 1)
+        status = shadow_merge(&state->builder, c->parts, c->part_count, &c->merged);
+    if (c->part_count > 1 && !status)
+        status = add_plane(c->shadow, c->plane, &c->merged);
+    for (size_t i = 0; i < c->part_count; i++)
+        shadow_part_finish(c->shadow->context, &c->parts[i]);
+    c->part_count = 0;
+    return status;
+}
+
+/* Takes the part's arrays: the next one makes its own. */
+static pnb_status collect(void *user, const struct shadow_plane *plane, struct shadow_part *part,
+                          bool first)
+{
+    struct collector *c = user;
+    pnb_status status = first ? finish_plane(c) : PNB_OK;
+    if (status)
+        return status;
+    if (!memory_reserve(c->shadow->context, (void **)&c->parts, &c->part_capacity, c->part_count, 1,
+                        sizeof(*c->parts)))
+        return status_no_memory(c->shadow->context, sizeof(*c->parts));
+    c->plane = plane;
+    c->parts[c->part_count++] = *part;
+    *part = (struct shadow_part){0};
+    return PNB_OK;
+}
+
 pnb_status pnb_shadow_create(pnb_context *context, pnb_scene *scene, const pnb_light *light,
                              const pnb_solver_desc *desc, pnb_shadow **out_shadow)
 {
@@ -121,7 +153,14 @@ pnb_status pnb_shadow_create(pnb_context *context, pnb_scene *scene, const pnb_l
         status = pnb_solver_create(context, scene, &planar, &s->solver);
     if (!status) {
         double started = clock_ms();
-        status = shadow_visit(s->solver, light, collect, s);
+        struct collector collector = {.shadow = s};
+        status = shadow_visit(s->solver, light, collect, &collector);
+        if (!status)
+            status = finish_plane(&collector);
+        for (size_t i = 0; i < collector.part_count; i++)
+            shadow_part_finish(context, &collector.parts[i]);
+        memory_free(context, collector.parts);
+        shadow_part_finish(context, &collector.merged);
         s->solver->report.visibility_ms = clock_ms() - started;
     }
     if (status) {

@@ -1,9 +1,11 @@
 /* method/planar/write_mesh.c: the shadow for 3-D programs: OBJ, PLY, GLB. World space, metres.
  *
- * In all three the shadow lies `lift` above its plane. GLB: one primitive per receiver plane, black
- * and unlit (KHR_materials_unlit), COLOR_0 = (0, 0, 0, intensity) with alpha blending: multiplied
- * into what lies below as 1 - intensity = visibility, it darkens by the light that is missing.
+ * In all three the shadow lies `lift` above its plane. GLB: one mesh per receiver plane, named
+ * after it, black and unlit (KHR_materials_unlit), COLOR_0 = (0, 0, 0, intensity) with alpha
+ * blending: multiplied into what lies below as 1 - intensity = visibility, it darkens by the light
+ * that is missing.
  */
+#include <stdio.h>
 #include <string.h>
 
 #include "method/planar/shadow.h"
@@ -22,6 +24,18 @@ static void lifted(const struct pnb_shadow *s, size_t plane, size_t vertex, doub
     v3_storef(out, v3_mad(v3_loadf(s->positions + 3 * vertex), s->sheets[plane].frame.n, lift));
 }
 
+/* "shadow-" and the receiver's name, or its number; no control characters. */
+static void name_plane(const struct pnb_shadow *s, size_t plane, char *out, size_t size)
+{
+    const char *name = s->solver->scene->objects[s->planes[plane]].info.name;
+    if (name && *name)
+        snprintf(out, size, "shadow-%s", name);
+    else
+        snprintf(out, size, "shadow-%zu", plane);
+    for (char *c = out; *c; c++)
+        *c = (unsigned char)*c < ' ' ? ' ' : *c;
+}
+
 pnb_status shadow_write_obj(const struct pnb_shadow *s, double lift, struct buffer *file)
 {
     buffer_print(file, "# soft shadow: vertex colour is 1 - shadow intensity (x y z r g b)\n");
@@ -33,7 +47,9 @@ pnb_status shadow_write_obj(const struct pnb_shadow *s, double lift, struct buff
                          grey);
         }
     for (size_t p = 0; p < s->view.plane_count; p++) {
-        buffer_print(file, "o shadow-%zu\n", p);
+        char name[256];
+        name_plane(s, p, name, sizeof(name));
+        buffer_print(file, "o %s\n", name);
         for (size_t t = s->first_triangles[p]; t < s->first_triangles[p + 1]; t++)
             buffer_print(file, "f %u %u %u\n", s->indices[3 * t] + 1, s->indices[3 * t + 1] + 1,
                          s->indices[3 * t + 2] + 1);
@@ -83,15 +99,11 @@ pnb_status shadow_write_glb(const struct pnb_shadow *s, double lift, struct buff
     buffer_print(&json,
                  "{\"asset\":{\"version\":\"2.0\",\"generator\":\"penumbra " PNB_VERSION
                  "\"},\"extensionsUsed\":[\"KHR_materials_unlit\"],\"scene\":0,\"scenes\":[{");
-    if (s->view.triangle_count > 0)
-        buffer_print(&json, "\"nodes\":[0]}],\"nodes\":[{\"name\":\"shadow\",\"mesh\":0}],"
-                            "\"meshes\":[{\"name\":\"shadow\",\"primitives\":[");
-    else
-        buffer_print(&json, "\"name\":\"no shadow\"}]");
-    /* Per plane that has triangles: positions, colours, indices. */
-    struct buffer views, accessors;
-    buffer_init(s->context, &views);
-    buffer_init(s->context, &accessors);
+    /* Per plane that has triangles: a node with a mesh of positions, colours, indices. */
+    struct buffer numbers, nodes, meshes, views, accessors;
+    struct buffer *parts[] = {&numbers, &nodes, &meshes, &views, &accessors};
+    for (int i = 0; i < 5; i++)
+        buffer_init(s->context, parts[i]);
     int n = 0;
     for (size_t p = 0; p < s->view.plane_count; p++) {
         size_t t0 = s->first_triangles[p], t1 = s->first_triangles[p + 1];
@@ -124,10 +136,18 @@ pnb_status shadow_write_glb(const struct pnb_shadow *s, double lift, struct buff
             buffer_add(&data, &index, sizeof(index));
         }
         const char *comma = n ? "," : "";
-        buffer_print(
-            &json,
-            "%s{\"attributes\":{\"POSITION\":%d,\"COLOR_0\":%d},\"indices\":%d,\"material\":0}",
-            comma, n, n + 1, n + 2);
+        char name[256];
+        name_plane(s, p, name, sizeof(name));
+        buffer_print(&numbers, "%s%d", comma, n / 3);
+        buffer_print(&nodes, "%s{\"name\":", comma);
+        buffer_json_string(&nodes, name);
+        buffer_print(&nodes, ",\"mesh\":%d}", n / 3);
+        buffer_print(&meshes, "%s{\"name\":", comma);
+        buffer_json_string(&meshes, name);
+        buffer_print(&meshes,
+                     ",\"primitives\":[{\"attributes\":{\"POSITION\":%d,\"COLOR_0\":%d},"
+                     "\"indices\":%d,\"material\":0}]}",
+                     n, n + 1, n + 2);
         buffer_print(&views,
                      "%s{\"buffer\":0,\"byteOffset\":%zu,\"byteLength\":%zu,\"target\":34962},"
                      "{\"buffer\":0,\"byteOffset\":%zu,\"byteLength\":%zu,\"target\":34962},"
@@ -144,9 +164,17 @@ pnb_status shadow_write_glb(const struct pnb_shadow *s, double lift, struct buff
                      n + 1, vertices, n + 2, 3 * (t1 - t0));
         n += 3;
     }
+    if (n == 0)
+        buffer_print(&json, "\"name\":\"no shadow\"}]");
     if (n > 0) {
+        buffer_print(&json, "\"nodes\":[");
+        buffer_add(&json, numbers.bytes, numbers.size);
+        buffer_print(&json, "]}],\"nodes\":[");
+        buffer_add(&json, nodes.bytes, nodes.size);
+        buffer_print(&json, "],\"meshes\":[");
+        buffer_add(&json, meshes.bytes, meshes.size);
         buffer_print(&json,
-                     "]}],\"materials\":[{\"name\":\"shadow\",\"alphaMode\":\"BLEND\","
+                     "],\"materials\":[{\"name\":\"shadow\",\"alphaMode\":\"BLEND\","
                      "\"doubleSided\":true,\"pbrMetallicRoughness\":{\"baseColorFactor\":[0,0,0,1],"
                      "\"metallicFactor\":0,\"roughnessFactor\":1},"
                      "\"extensions\":{\"KHR_materials_unlit\":{}}}],\"bufferViews\":[");
@@ -166,10 +194,12 @@ pnb_status shadow_write_glb(const struct pnb_shadow *s, double lift, struct buff
         buffer_add(file, chunk, sizeof(chunk));
         buffer_add(file, data.bytes, data.size);
     }
-    file->failed |= json.failed || data.failed || views.failed || accessors.failed;
+    file->failed |= json.failed || data.failed;
+    for (int i = 0; i < 5; i++) {
+        file->failed |= parts[i]->failed;
+        buffer_finish(parts[i]);
+    }
     buffer_finish(&json);
     buffer_finish(&data);
-    buffer_finish(&views);
-    buffer_finish(&accessors);
     return PNB_OK;
 }
