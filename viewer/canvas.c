@@ -6,6 +6,7 @@
  */
 #include "canvas.h"
 
+#include <gsk/gskcairorenderer.h>
 #include <string.h>
 
 #include "handles.h"
@@ -21,7 +22,8 @@ struct _ViewCanvas {
     GtkWidget parent_instance;
     struct view_app *app;
     struct view_frame *frame;
-    GdkTexture *textures[VIEW_SIDES];
+    GskRenderNode *nodes[VIEW_SIDES];
+    graphene_rect_t node_area;
     bool handles;
     struct view_canvas_shown shown;
 
@@ -44,32 +46,73 @@ static struct view_lens lens_of(ViewCanvas *canvas)
 
 /* ---- frames ---- */
 
-static GdkTexture *make_texture(struct view_frame *frame, int side)
+/* GTK's cairo renderer takes textures through floating point, which costs more than the picture:
+ * there the pixels are painted as they are. */
+static GskRenderNode *paint_pixels(struct view_frame *frame, int side, const graphene_rect_t *all)
+{
+    GskRenderNode *node = gsk_cairo_node_new(all);
+    cairo_t *cr = gsk_cairo_node_get_draw_context(node);
+    cairo_surface_t *surface = cairo_image_surface_create_for_data(
+        frame->bgra[side], CAIRO_FORMAT_RGB24, frame->width, frame->height, frame->width * 4);
+    cairo_scale(cr, (double)all->size.width / frame->width,
+                (double)all->size.height / frame->height);
+    cairo_set_source_surface(cr, surface, 0, 0);
+    cairo_pattern_set_filter(cairo_get_source(cr), CAIRO_FILTER_BILINEAR);
+    cairo_pattern_set_extend(cairo_get_source(cr), CAIRO_EXTEND_PAD);
+    cairo_paint(cr);
+    cairo_destroy(cr);
+    /* What the node has recorded is its own copy from here on. */
+    cairo_surface_finish(surface);
+    cairo_surface_destroy(surface);
+    return node;
+}
+
+static GskRenderNode *make_texture(struct view_frame *frame, int side, const graphene_rect_t *all)
 {
     gsize stride = (gsize)frame->width * 4;
     GBytes *bytes =
-        g_bytes_new_with_free_func(frame->rgba[side], stride * (gsize)frame->height,
+        g_bytes_new_with_free_func(frame->bgra[side], stride * (gsize)frame->height,
                                    (GDestroyNotify)view_frame_unref, view_frame_ref(frame));
-    GdkTexture *texture =
-        gdk_memory_texture_new(frame->width, frame->height, GDK_MEMORY_R8G8B8A8, bytes, stride);
+    GdkTexture *texture = gdk_memory_texture_new(frame->width, frame->height,
+                                                 GDK_MEMORY_B8G8R8A8_PREMULTIPLIED, bytes, stride);
+    GskRenderNode *node = gsk_texture_node_new(texture, all);
+    g_object_unref(texture);
     g_bytes_unref(bytes);
-    return texture;
+    return node;
+}
+
+static void drop_nodes(ViewCanvas *canvas)
+{
+    for (int side = 0; side < VIEW_SIDES; side++)
+        g_clear_pointer(&canvas->nodes[side], gsk_render_node_unref);
 }
 
 static void drop_frame(ViewCanvas *canvas)
 {
-    for (int side = 0; side < VIEW_SIDES; side++)
-        g_clear_object(&canvas->textures[side]);
+    drop_nodes(canvas);
     view_frame_unref(canvas->frame);
     canvas->frame = NULL;
+}
+
+/* The picture's nodes are kept while the frame stays, so that drawing what lies over it anew costs
+ * nothing below it. */
+static void need_nodes(ViewCanvas *canvas, const graphene_rect_t *all)
+{
+    if (canvas->nodes[0] && graphene_rect_equal(all, &canvas->node_area))
+        return;
+    GskRenderer *renderer = gtk_native_get_renderer(gtk_widget_get_native(GTK_WIDGET(canvas)));
+    bool cairo = renderer && G_TYPE_CHECK_INSTANCE_TYPE(renderer, GSK_TYPE_CAIRO_RENDERER);
+    drop_nodes(canvas);
+    canvas->node_area = *all;
+    for (int side = 0; side < (canvas->frame->compare ? VIEW_SIDES : 1); side++)
+        canvas->nodes[side] =
+            cairo ? paint_pixels(canvas->frame, side, all) : make_texture(canvas->frame, side, all);
 }
 
 void view_canvas_set_frame(ViewCanvas *canvas, struct view_frame *frame)
 {
     drop_frame(canvas);
     canvas->frame = view_frame_ref(frame);
-    for (int side = 0; side < (frame->compare ? VIEW_SIDES : 1); side++)
-        canvas->textures[side] = make_texture(frame, side);
     gtk_widget_queue_draw(GTK_WIDGET(canvas));
 }
 
@@ -175,19 +218,20 @@ static void view_canvas_snapshot(GtkWidget *widget, GtkSnapshot *snapshot)
         return;
     }
     struct view_frame *frame = canvas->frame;
+    need_nodes(canvas, &all);
     gtk_snapshot_push_clip(snapshot, &all);
     if (frame->compare) {
         float x = (float)round(app->divider * width);
         gtk_snapshot_push_clip(snapshot, &GRAPHENE_RECT_INIT(0, 0, x, height));
-        gtk_snapshot_append_texture(snapshot, canvas->textures[0], &all);
+        gtk_snapshot_append_node(snapshot, canvas->nodes[0]);
         gtk_snapshot_pop(snapshot);
         gtk_snapshot_push_clip(snapshot, &GRAPHENE_RECT_INIT(x, 0, width - x, height));
-        gtk_snapshot_append_texture(snapshot, canvas->textures[1], &all);
+        gtk_snapshot_append_node(snapshot, canvas->nodes[1]);
         gtk_snapshot_pop(snapshot);
         draw_divider(canvas, snapshot, width, height);
         draw_names(canvas, snapshot, width);
     } else {
-        gtk_snapshot_append_texture(snapshot, canvas->textures[0], &all);
+        gtk_snapshot_append_node(snapshot, canvas->nodes[0]);
     }
     if (frame->show == VIEW_SHOW_ERROR && frame->truth_samples > 0)
         draw_scale(canvas, snapshot, width, height);

@@ -254,9 +254,9 @@ bool view_engine_screenshot(struct view_engine *engine, const struct view_frame 
     for (int y = 0; y < frame->height; y++)
         for (int x = 0; x < frame->width; x++) {
             size_t pixel = (size_t)y * (size_t)frame->width + (size_t)x;
-            const uint8_t *from = frame->rgba[x < cut ? 0 : 1] + 4 * pixel;
+            const uint8_t *from = frame->bgra[x < cut ? 0 : 1] + 4 * pixel;
             for (int c = 0; c < 3; c++)
-                image.data[3 * pixel + (size_t)c] = linear[from[c]];
+                image.data[3 * pixel + (size_t)c] = linear[from[2 - c]];
         }
     pnb_status status = pnb_image_write(engine->context, path, &image);
     pnb_image_finish(engine->context, &image);
@@ -563,14 +563,14 @@ static void need_emitters(struct view_engine *engine)
 
 /* whole: by the library, to the last bit as a file would have it. */
 static void shade_side(struct view_engine *engine, int s, const struct surface *surface, bool whole,
-                       uint8_t *rgba)
+                       uint8_t *bgra)
 {
     struct side *side = &engine->sides[s];
     const float *const *visibility = (const float *const *)side->visibility;
     if (whole && !engine->light_error[0] &&
         pnb_surface_shade(surface->surface, visibility, engine->rgb) == PNB_OK) {
         view_encode(engine->team, engine->rgb, (size_t)surface->width * (size_t)surface->height,
-                    rgba);
+                    bgra);
         return;
     }
     pnb_surface_view view;
@@ -590,7 +590,7 @@ static void shade_side(struct view_engine *engine, int s, const struct surface *
         shading.ambient[c] = (float)ambient[c];
         shading.background[c] = (float)background[c];
     }
-    view_shade(engine->team, &shading, rgba);
+    view_shade(engine->team, &shading, bgra);
 }
 
 static void draw_side(struct view_engine *engine, int s, const struct surface *surface, bool whole,
@@ -607,11 +607,11 @@ static void draw_side(struct view_engine *engine, int s, const struct surface *s
             frame->visibility[s][i] = NAN_FLOAT;
     if (state->show == VIEW_SHOW_ERROR && truth)
         view_show_error(engine->team, frame->visibility[s], engine->truth, pixels,
-                        state->error_scale, frame->rgba[s]);
+                        state->error_scale, frame->bgra[s]);
     else if (state->show != VIEW_SHOW_PICTURE)
-        view_show_visibility(engine->team, frame->visibility[s], pixels, frame->rgba[s]);
+        view_show_visibility(engine->team, frame->visibility[s], pixels, frame->bgra[s]);
     else
-        shade_side(engine, s, surface, whole, frame->rgba[s]);
+        shade_side(engine, s, surface, whole, frame->bgra[s]);
 }
 
 static void measure(struct view_engine *engine, const struct surface *surface,

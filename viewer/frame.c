@@ -23,7 +23,7 @@ struct view_frame_pool *view_frame_pool_create(void)
 static void free_frame(struct view_frame *frame)
 {
     for (int side = 0; side < VIEW_SIDES; side++) {
-        free(frame->rgba[side]);
+        free(frame->bgra[side]);
         free(frame->visibility[side]);
     }
     free(frame->truth);
@@ -46,9 +46,9 @@ static struct view_frame *new_frame(size_t capacity)
     struct view_frame *frame = g_new0(struct view_frame, 1);
     bool good = true;
     for (int side = 0; side < VIEW_SIDES; side++) {
-        frame->rgba[side] = malloc(capacity * 4);
+        frame->bgra[side] = malloc(capacity * 4);
         frame->visibility[side] = malloc(capacity * sizeof(float));
-        good = good && frame->rgba[side] && frame->visibility[side];
+        good = good && frame->bgra[side] && frame->visibility[side];
     }
     frame->truth = malloc(capacity * sizeof(float));
     frame->objects = malloc(capacity * sizeof(uint32_t));
@@ -86,7 +86,7 @@ struct view_frame *view_frame_acquire(struct view_frame_pool *pool, int width, i
                                .truth = frame->truth,
                                .objects = frame->objects};
     for (int side = 0; side < VIEW_SIDES; side++) {
-        fresh.rgba[side] = frame->rgba[side];
+        fresh.bgra[side] = frame->bgra[side];
         fresh.visibility[side] = frame->visibility[side];
     }
     *frame = fresh;

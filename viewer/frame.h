@@ -29,7 +29,7 @@ struct view_frame {
     struct view_times times;
     double exposure; /* in use */
 
-    uint8_t *rgba[VIEW_SIDES]; /* width x height x 4, sRGB */
+    uint8_t *bgra[VIEW_SIDES]; /* width x height x 4, sRGB, as GTK and cairo take it */
     float *visibility[VIEW_SIDES];
     float *truth;
     uint32_t *objects;

@@ -31,26 +31,34 @@ static int clamp_level(int level)
     return level < 0 ? 0 : level >= VIEW_PACING_LEVELS ? VIEW_PACING_LEVELS - 1 : level;
 }
 
-/* Of all levels with at least twice the pixels that took hardly longer, the one with most. */
-static int as_good(const struct view_pacing *pacing, int level, double ms)
+/* Of all levels with at least four times the pixels that took hardly longer, the one with most. One
+ * slow frame proves nothing: each level stands by the best of its last ones. */
+static int as_good(const struct view_pacing *pacing, int level)
 {
-    for (int k = 0; k + 2 <= level; k++)
-        if (pacing->ms_at[k] > 0 && pacing->ms_at[k] < 1.3 * ms)
+    for (int k = 0; k + 4 <= level && pacing->seen[level] >= 3; k++)
+        if (pacing->seen[k] > 0 && pacing->ms_at[k] < 1.25 * pacing->ms_at[level])
             return k;
     return level;
+}
+
+static void remember(struct view_pacing *pacing, int level, double ms)
+{
+    double aged = pacing->ms_at[level] * 1.1;
+    pacing->ms_at[level] = pacing->seen[level] > 0 && aged < ms ? aged : ms;
+    pacing->seen[level]++;
 }
 
 void view_pacing_learn(struct view_pacing *pacing, int level, double ms)
 {
     double over = 2 * log2(fmax(ms, 0.01) / BUDGET_MS);
     int wanted = clamp_level(level + (int)ceil(over));
-    pacing->ms_at[level] = ms;
+    remember(pacing, level, ms);
     if (pacing->hold > 0 && --pacing->hold == 0)
         pacing->lowest = VIEW_PACING_LEVELS - 1;
     if (!pacing->known) {
         pacing->level = wanted;
     } else if (over > 0.15) {
-        int good = as_good(pacing, level, ms);
+        int good = as_good(pacing, level);
         if (good < level) {
             pacing->lowest = wanted = good;
             pacing->hold = HOLD_FRAMES;

@@ -17,7 +17,8 @@ struct view_pacing {
     int level;
     bool known; /* false: nothing measured since the methods or the scene changed */
     int quick;  /* frames in a row that would let it go up */
-    double ms_at[VIEW_PACING_LEVELS]; /* the last times; 0: none */
+    double ms_at[VIEW_PACING_LEVELS]; /* the best of the last times */
+    int seen[VIEW_PACING_LEVELS];     /* frames at each level */
     int lowest;                       /* deeper levels do not help */
     int hold;                         /* frames for which that is believed */
 };

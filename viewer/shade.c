@@ -149,7 +149,7 @@ struct job {
     const float *rgb, *visibility, *truth;
     float scale;
     const uint8_t (*map)[4];
-    uint8_t *rgba;
+    uint8_t *bgra;
 };
 
 static void gather(const pnb_surface_view *view, size_t first, int count, struct view_points *at)
@@ -190,7 +190,7 @@ static void shade_block(const struct job *job, size_t first, int count)
                 sum[i][c] += amount * e->color[c];
         }
     }
-    uint8_t *out = job->rgba + 4 * first;
+    uint8_t *out = job->bgra + 4 * first;
     for (int i = 0; i < count; i++, out += 4) {
         for (int c = 0; c < 3; c++) {
             float value = s->background[c];
@@ -198,7 +198,7 @@ static void shade_block(const struct job *job, size_t first, int count)
                 const struct view_material *material = &s->materials[objects[i]];
                 value = material->color[c] * sum[i][c] + material->emission[c];
             }
-            out[c] = encode(job->encoder, value);
+            out[2 - c] = encode(job->encoder, value);
         }
         out[3] = 255;
     }
@@ -212,12 +212,12 @@ static void shade_body(void *user, size_t begin, size_t end)
 
 enum { GRAIN = 16384 };
 
-void view_shade(struct view_team *team, const struct view_shading *shading, uint8_t *rgba)
+void view_shade(struct view_team *team, const struct view_shading *shading, uint8_t *bgra)
 {
     struct job job = {.shading = shading,
                       .encoder = get_encoder(),
                       .irradiance = view_irradiance_best(),
-                      .rgba = rgba};
+                      .bgra = bgra};
     size_t count = (size_t)shading->view->width * (size_t)shading->view->height;
     view_team_run(team, count, GRAIN, shade_body, &job);
 }
@@ -227,24 +227,24 @@ static void encode_body(void *user, size_t begin, size_t end)
     const struct job *job = user;
     for (size_t i = begin; i < end; i++) {
         for (size_t c = 0; c < 3; c++)
-            job->rgba[4 * i + c] = encode(job->encoder, job->rgb[3 * i + c]);
-        job->rgba[4 * i + 3] = 255;
+            job->bgra[4 * i + 2 - c] = encode(job->encoder, job->rgb[3 * i + c]);
+        job->bgra[4 * i + 3] = 255;
     }
 }
 
-void view_encode(struct view_team *team, const float *rgb, size_t count, uint8_t *rgba)
+void view_encode(struct view_team *team, const float *rgb, size_t count, uint8_t *bgra)
 {
-    struct job job = {.encoder = get_encoder(), .rgb = rgb, .rgba = rgba};
+    struct job job = {.encoder = get_encoder(), .rgb = rgb, .bgra = bgra};
     view_team_run(team, count, GRAIN, encode_body, &job);
 }
 
 static void visibility_body(void *user, size_t begin, size_t end)
 {
-    static const uint8_t none[4] = {62, 66, 92, 255};
+    static const uint8_t none[4] = {92, 66, 62, 255};
     const struct job *job = user;
     for (size_t i = begin; i < end; i++) {
         float v = job->visibility[i];
-        uint8_t *out = job->rgba + 4 * i;
+        uint8_t *out = job->bgra + 4 * i;
         if (isnan(v)) {
             memcpy(out, none, 4);
         } else {
@@ -255,9 +255,9 @@ static void visibility_body(void *user, size_t begin, size_t end)
 }
 
 void view_show_visibility(struct view_team *team, const float *visibility, size_t count,
-                          uint8_t *rgba)
+                          uint8_t *bgra)
 {
-    struct job job = {.encoder = get_encoder(), .visibility = visibility, .rgba = rgba};
+    struct job job = {.encoder = get_encoder(), .visibility = visibility, .bgra = bgra};
     view_team_run(team, count, GRAIN, visibility_body, &job);
 }
 
@@ -269,12 +269,12 @@ static void error_body(void *user, size_t begin, size_t end)
     for (size_t i = begin; i < end; i++) {
         float t = 0.5f + (job->visibility[i] - job->truth[i]) * job->scale;
         int index = isnan(t) ? MAP_SIZE : (int)(fminf(fmaxf(t, 0), 1) * (MAP_SIZE - 1) + 0.5f);
-        memcpy(job->rgba + 4 * i, job->map[index], 4);
+        memcpy(job->bgra + 4 * i, job->map[index], 4);
     }
 }
 
 void view_show_error(struct view_team *team, const float *visibility, const float *truth,
-                     size_t count, double scale, uint8_t *rgba)
+                     size_t count, double scale, uint8_t *bgra)
 {
     uint8_t map[MAP_SIZE + 1][4];
     struct job job = {.encoder = get_encoder(),
@@ -282,13 +282,13 @@ void view_show_error(struct view_team *team, const float *visibility, const floa
                       .truth = truth,
                       .scale = (float)(0.5 / scale),
                       .map = (const uint8_t(*)[4])map,
-                      .rgba = rgba};
+                      .bgra = bgra};
     for (int i = 0; i <= MAP_SIZE; i++) {
         double rgb[3] = {0.03, 0.03, 0.03};
         if (i < MAP_SIZE)
             pnb_colormap_diverging((double)i / (MAP_SIZE - 1), rgb);
         for (int c = 0; c < 3; c++)
-            map[i][c] = encode(job.encoder, (float)rgb[c]);
+            map[i][2 - c] = encode(job.encoder, (float)rgb[c]);
         map[i][3] = 255;
     }
     view_team_run(team, count, GRAIN, error_body, &job);

@@ -50,15 +50,15 @@ struct view_shading {
     double exposure;
 };
 
-/* rgba: width x height x 4 bytes, sRGB, alpha 255. */
-void view_shade(struct view_team *team, const struct view_shading *shading, uint8_t *rgba);
+/* bgra: width x height x 4 bytes: blue, green, red in sRGB, 255. */
+void view_shade(struct view_team *team, const struct view_shading *shading, uint8_t *bgra);
 /* Linear values to the same bytes that pnb_image_write() makes of them. */
-void view_encode(struct view_team *team, const float *rgb, size_t count, uint8_t *rgba);
+void view_encode(struct view_team *team, const float *rgb, size_t count, uint8_t *bgra);
 /* Visibility as grey, encoded as a picture is; NaN in a dull blue. */
 void view_show_visibility(struct view_team *team, const float *visibility, size_t count,
-                          uint8_t *rgba);
+                          uint8_t *bgra);
 /* Signed error by the library's diverging map, its ends at -scale and scale; NaN dark. */
 void view_show_error(struct view_team *team, const float *visibility, const float *truth,
-                     size_t count, double scale, uint8_t *rgba);
+                     size_t count, double scale, uint8_t *bgra);
 
 #endif

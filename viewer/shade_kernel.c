@@ -22,7 +22,8 @@ static inline float angle_over_sine(float c)
 {
     float y = fabsf(c);
     float v = (5.36834f + (3.119699f + 0.0912357f * y) * y) / (3.417594f + (4.1616724f + y) * y);
-    float flip = PI / sqrtf(fmaxf(1 - c * c, 1e-7f)) - v;
+    float rest = 1 - c * c;
+    float flip = PI / sqrtf(rest > 1e-7f ? rest : 1e-7f) - v;
     return c > 0 ? v : flip;
 }
 
@@ -166,12 +167,15 @@ static void disk(const struct view_emitter *e, const struct view_points *at, flo
         float fx = cx - h * nx, fy = cy - h * ny, fz = cz - h * nz;
         float t2 = fx * fx + fy * fy + fz * fz, m = h * h + r2 - t2;
         float s = sqrtf(m * m + 4 * t2 * h * h);
-        float lifted = m >= 0 ? m + s : 4 * t2 * h * h / (s - m);
+        float plain = m + s, turned = 4 * t2 * h * h / (s - m);
+        float lifted = m >= 0 ? plain : turned;
         float flat = ax * fx + ay * fy + az * fz;
         float value = PI * r2 / (s * (h * h + t2 + r2 + s)) * (up * lifted + 2 * h * flat);
         middle[i] = ax * cx + ay * cy + az * cz;
-        slope[i] = e->radius * sqrtf(fmaxf(0, 1 - up * up));
-        out[i] = h > 0 && value > 0 ? value : 0;
+        float level = 1 - up * up;
+        slope[i] = e->radius * sqrtf(level > 0 ? level : 0);
+        value = h > 0 ? value : 0;
+        out[i] = value > 0 ? value : 0;
     }
     for (int i = 0; i < LANES; i++) {
         if (!(middle[i] < slope[i]))
