@@ -77,7 +77,7 @@ static GtkWidget *legend(void)
 {
     GString *text = g_string_new(NULL);
     for (int k = 0; k < STAGES; k++)
-        g_string_append_printf(text, "%s<span foreground='#%06x'>■</span> %s", k ? "  " : "",
+        g_string_append_printf(text, "%s<span foreground='#%06x'>■</span>\u00a0%s", k ? "  " : "",
                                stage_rgb[k], stage_names[k]);
     GtkWidget *label = gtk_label_new(NULL);
     gtk_label_set_markup(GTK_LABEL(label), text->str);

@@ -11,7 +11,7 @@
 #include "motion.h"
 #include "window.h"
 
-#define WAIT_MOST_MS 120000
+#define WAIT_MOST_MS 240000
 
 enum wait {
     WAIT_NONE,

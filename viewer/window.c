@@ -433,6 +433,8 @@ static GtkWidget *make_title(struct view_window *window)
     gtk_widget_add_css_class(window->subtitle, "subtitle");
     gtk_label_set_ellipsize(GTK_LABEL(window->title), PANGO_ELLIPSIZE_MIDDLE);
     gtk_label_set_ellipsize(GTK_LABEL(window->subtitle), PANGO_ELLIPSIZE_END);
+    gtk_label_set_max_width_chars(GTK_LABEL(window->title), 30);
+    gtk_label_set_max_width_chars(GTK_LABEL(window->subtitle), 40);
     gtk_box_append(GTK_BOX(box), window->title);
     gtk_box_append(GTK_BOX(box), window->subtitle);
     gtk_widget_set_valign(box, GTK_ALIGN_CENTER);
