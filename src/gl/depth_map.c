@@ -271,4 +271,5 @@ void gl_depth_map_uniforms(const struct gl_depth_map *map, struct gl_uniform *un
     uniforms[2] = gl_int("map_face_count", map->face_count);
     uniforms[3] = gl_floats("map_axes", GL_UNIFORM_VEC3, map->packed_axes, 3 * map->face_count);
     uniforms[4] = gl_vec4("map_fit", map->shift[0], map->shift[1], map->reach[0], map->reach[1]);
+    uniforms[5] = gl_int("map_size", map->size);
 }

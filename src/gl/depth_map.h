@@ -35,7 +35,7 @@ pnb_status gl_depth_map_draw(struct gl_depth_map *map, const struct gl_occluders
 
 /* The uniforms that gl/depth_map.glsl wants, GL_DEPTH_MAP_UNIFORMS of them, to be put anywhere in a
  * draw's list. The map must outlive the draw. */
-#define GL_DEPTH_MAP_UNIFORMS 5
+#define GL_DEPTH_MAP_UNIFORMS 6
 void gl_depth_map_uniforms(const struct gl_depth_map *map, struct gl_uniform *uniforms);
 
 #endif

@@ -30,7 +30,7 @@
 
 struct pcss {
     struct gl_depth_map *map;
-    struct gl_program *program;
+    struct gl_program *programs[2]; /* for a map of one face, of several */
     struct gl_texture *taps; /* RGBA32F: taps wide, patterns high: points of the light minus c */
     float *points;           /* the same in memory */
     int tap_count, pattern_count;
@@ -53,8 +53,10 @@ static pnb_status pcss_create(pnb_solver *solver, struct opengl_state *state)
         .format = GL_FORMAT_RGBA32F, .width = pcss->tap_count, .height = pcss->pattern_count};
     pnb_status status = gl_texture_create(state->device, &taps, &pcss->taps);
     struct gl_program_desc desc = {.vertex = "gl/cover.vert", .fragment = "method/pcss/pcss.frag"};
-    if (status == PNB_OK)
-        status = gl_program_create(state->device, &desc, &pcss->program);
+    for (int i = 0; i < 2 && status == PNB_OK; i++) {
+        desc.defines = i == 0 ? "#define MAP_ONE_FACE 1\n" : NULL;
+        status = gl_program_create(state->device, &desc, &pcss->programs[i]);
+    }
     if (status == PNB_OK)
         status =
             gl_depth_map_create(state->device, solver_param_integer(solver, "size"), &pcss->map);
@@ -67,7 +69,8 @@ static void pcss_destroy(pnb_solver *solver, struct opengl_state *state)
     if (!pcss)
         return;
     gl_depth_map_destroy(pcss->map);
-    gl_program_destroy(pcss->program);
+    gl_program_destroy(pcss->programs[0]);
+    gl_program_destroy(pcss->programs[1]);
     gl_texture_destroy(pcss->taps);
     memory_free(solver->context, pcss->points);
     memory_free(solver->context, pcss);
@@ -104,7 +107,7 @@ static pnb_status pcss_draw(pnb_solver *solver, struct opengl_state *state,
     if (status != PNB_OK)
         return status;
     place_taps(pcss, shape, center);
-    struct gl_draw draw = {.program = pcss->program, .target = target};
+    struct gl_draw draw = {.program = pcss->programs[pcss->map->face_count > 1], .target = target};
     gl_depth_map_uniforms(pcss->map, draw.uniforms);
     struct gl_uniform *rest = draw.uniforms + GL_DEPTH_MAP_UNIFORMS;
     *rest++ = gl_sampler("frame_position", frame->position);

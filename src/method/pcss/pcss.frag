@@ -37,16 +37,14 @@ bool blocked(vec3 q, vec3 d, vec3 normal, out float stored)
     stored = 0.0;
     if (face < 0)
         return false;
-    int size = textureSize(map_texture, 0).x;
+    int size = map_size;
     ivec2 texel = min(ivec2(at * float(size)), ivec2(size - 1));
     stored = texelFetch(map_texture, ivec3(texel, face), 0).r;
-    own_z = dot(d, map_axes[3 * face + 2]);
     if (stored <= 0.0)
         return false;
     // On another face than the receiver's the plane may be out of its sight: then its own distance.
-    vec2 slope = map_fit.xy + map_fit.zw * (2.0 * (vec2(texel) + 0.5) / float(size) - 1.0);
-    vec3 ray = map_axes[3 * face + 2] + slope.x * map_axes[3 * face] +
-               slope.y * map_axes[3 * face + 1];
+    own_z = dot(d, map_axes[3 * MAP_FACE(face) + 2]);
+    vec3 ray = map_ray(face, (vec2(texel) + 0.5) / float(size));
     float under = dot(normal, d), plane = under != 0.0 ? dot(normal, ray) / under : 0.0;
     float own = own_z > 0.0 ? 1.0 / own_z : 1.0 / z;
     if (plane > 0.0)
@@ -66,7 +64,7 @@ void main()
         return;
     vec3 axis = normalize(d);
     if (face >= 0)
-        axis = map_axes[3 * face + 2];
+        axis = map_axes[3 * MAP_FACE(face) + 2];
     own_z = dot(d, axis);
     int row = pattern_here();
 

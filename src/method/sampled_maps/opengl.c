@@ -14,7 +14,7 @@
 
 struct maps {
     struct gl_depth_map *map;
-    struct gl_program *add;
+    struct gl_program *add[2]; /* for a map of one face, of several */
 };
 
 static pnb_status maps_create(pnb_solver *solver, struct opengl_state *state)
@@ -24,7 +24,11 @@ static pnb_status maps_create(pnb_solver *solver, struct opengl_state *state)
         return status_no_memory(solver->context, sizeof(*maps));
     struct gl_program_desc desc = {.vertex = "gl/cover.vert",
                                    .fragment = "method/sampled_maps/seen.frag"};
-    pnb_status status = gl_program_create(state->device, &desc, &maps->add);
+    pnb_status status = PNB_OK;
+    for (int i = 0; i < 2 && status == PNB_OK; i++) {
+        desc.defines = i == 0 ? "#define MAP_ONE_FACE 1\n" : NULL;
+        status = gl_program_create(state->device, &desc, &maps->add[i]);
+    }
     if (status == PNB_OK)
         status =
             gl_depth_map_create(state->device, solver_param_integer(solver, "size"), &maps->map);
@@ -37,7 +41,8 @@ static void maps_destroy(pnb_solver *solver, struct opengl_state *state)
     if (!maps)
         return;
     gl_depth_map_destroy(maps->map);
-    gl_program_destroy(maps->add);
+    gl_program_destroy(maps->add[0]);
+    gl_program_destroy(maps->add[1]);
     memory_free(solver->context, maps);
 }
 
@@ -73,7 +78,9 @@ static pnb_status maps_draw(pnb_solver *solver, struct opengl_state *state,
         vec3 at = sample_at(solver, shape, i, count);
         status =
             gl_depth_map_draw(maps->map, state->occluders, at, area ? shape->normal : v3(0, 0, 0));
-        struct gl_draw draw = {.program = maps->add, .target = target, .blend = GL_BLEND_ADD};
+        struct gl_draw draw = {.program = maps->add[maps->map->face_count > 1],
+                               .target = target,
+                               .blend = GL_BLEND_ADD};
         gl_depth_map_uniforms(maps->map, draw.uniforms);
         struct gl_uniform *rest = draw.uniforms + GL_DEPTH_MAP_UNIFORMS;
         *rest++ = gl_sampler("frame_position", frame->position);
