@@ -1,4 +1,4 @@
-/* Every method on OpenGL on every built-in scene that it can do, held to a written error ceiling on
+/* The baselines on OpenGL on every built-in scene that they can do, held to a written error ceiling on
  * whatever device there is (in CI Mesa's software rasteriser); and what reduces to what. */
 #include <setjmp.h>
 #include <stdarg.h>
@@ -144,6 +144,9 @@ static void hold(struct picture *picture, const pnb_method_info *method, const p
 {
     static float visibility[PIXELS];
     const char *scene = pnb_scene_name(picture->scene) + strlen("builtin:");
+    const struct ceiling *ceiling = find_ceiling(scene, method->name);
+    if (!ceiling && !getenv("PNB_WRITE_CEILINGS"))
+        return; /* a method with tests of its own */
     pnb_solver_param params[] = {{"path", "opengl"}, {"size", "512"}};
     bool sampled = strcmp(method->name, "sampled-maps") == 0;
     pnb_solver_desc desc = {.method = method->name,
@@ -171,9 +174,6 @@ static void hold(struct picture *picture, const pnb_method_info *method, const p
                fmin(1, ceil(1000 * (darkest * 1.05 + 0.003)) / 1000));
         return;
     }
-    const struct ceiling *ceiling = find_ceiling(scene, method->name);
-    if (!ceiling)
-        return; /* a method with tests of its own */
     if (errors.rmse > ceiling->rmse || leak > ceiling->leak || darkest > ceiling->darkening)
         fail_msg("%s on %s: rmse %.4f of %.3f, leak %.4f of %.3f, darkening %.4f of %.3f",
                  method->name, scene, errors.rmse, ceiling->rmse, leak, ceiling->leak, darkest,
