@@ -56,3 +56,35 @@ method fence-truth fence reference -n 4096
 method fence-exact fence exact
 method fence-hard-map fence hard-map -p size=256
 method fence-sampled-maps-16 fence sampled-maps
+
+# The figures of the paper on planar shadows, where rsvg-convert is there to draw them.
+figures=$(mktemp -d)
+trap 'rm -rf "$figures"' EXIT
+"${penumbra%/*}/examples/example-planar_figures" "$figures" >/dev/null
+for figure in 6 7 8; do
+    echo "docs/pictures/planar-figure-$figure.png"
+    rsvg-convert -b white -w 480 "$figures/planar-figure-$figure.svg" \
+        -o "docs/pictures/planar-figure-$figure.png" || break
+done
+planar() { # name scene options...
+    picture=docs/pictures/$1.png
+    scene=$2
+    shift 2
+    echo "$picture"
+    "$penumbra" render "$scene" -o "$picture" -q "$@"
+}
+planar planar-figure-9 builtin:knot -s 480x360 -m planar -n 3
+planar planar-tolerance builtin:knot -s 480x360 -m planar -p tolerance=0.0039
+for samples in 8 32; do
+    planar "planar-knot-$samples" builtin:knot -s 320x240 -m planar -n "$samples"
+done
+planar planar-knot-truth builtin:knot -s 320x240 -m reference -n 1024
+models=${PNB_MODELS:-../shared/models}
+mkdir -p docs/pictures/planar-models
+for model in spot cow stanford-bunny teapot; do
+    [ -f "$models/$model.obj" ] || continue
+    for samples in 3 8 16 32; do
+        planar "planar-models/$model-$samples" "$models/$model.obj" -s 200x150 -m planar \
+            -n "$samples"
+    done
+done
