@@ -901,6 +901,62 @@ static void test_engine(void **state)
     gl_device_destroy(device);
 }
 
+/* Every method's shaders compile for OpenGL ES too, and make the same picture there: receivers come
+ * from a plain depth texture that holds one depth. */
+static void test_es(void **state)
+{
+    pnb_context *context = *state;
+    pnb_scene *scene;
+    pnb_light light;
+    must(context, pnb_scene_load(context, "builtin:disk", &scene));
+    pnb_scene_light(scene, 0, &light);
+    static float got[2][WIDTH * HEIGHT], depths[WIDTH * HEIGHT];
+    for (size_t i = 0; i < WIDTH * HEIGHT; i++)
+        depths[i] = 0.93f;
+    for (size_t m = 0; m < pnb_method_count(); m++) {
+        const pnb_method_info *info = pnb_method(m);
+        if (!(info->processor == PNB_PROCESSOR_OPENGL || info->opengl_path) ||
+            !(info->lights & PNB_LIGHT_BIT(light.type)))
+            continue;
+        for (int es = 0; es < 2; es++) {
+            struct gl_device *device =
+                open_device(context, es ? GL_DEVICE_API_ES : GL_DEVICE_API_BEST);
+            must(context, gl_device_begin(device));
+            pnb_camera camera;
+            pnb_solver *solver;
+            pnb_gl_view view = {0};
+            pnb_scene_camera(scene, &camera);
+            project(&camera, MODE_PLAIN, view.clip_from_world);
+            GLuint textures[2];
+            glGenTextures(2, textures);
+            glBindTexture(GL_TEXTURE_2D, textures[0]);
+            glTexImage2D(GL_TEXTURE_2D, 0, GL_DEPTH_COMPONENT32F, WIDTH, HEIGHT, 0,
+                         GL_DEPTH_COMPONENT, GL_FLOAT, depths);
+            glBindTexture(GL_TEXTURE_2D, textures[1]);
+            glTexImage2D(GL_TEXTURE_2D, 0, GL_R32F, WIDTH, HEIGHT, 0, GL_RED, GL_FLOAT, NULL);
+            view.depth_texture = textures[0];
+            must(context, pnb_gl_solver_create(context, scene,
+                                               &(pnb_solver_desc){.method = info->name}, &solver));
+            must(context, pnb_gl_solver_visibility(solver, &light, &view, textures[1]));
+            pnb_solver_destroy(solver);
+            struct gl_texture *texture;
+            must(context,
+                 gl_texture_adopt(device, textures[1], GL_FORMAT_R32F, WIDTH, HEIGHT, &texture));
+            must(context, gl_texture_read(texture, 0, got[es]));
+            gl_texture_destroy(texture);
+            glDeleteTextures(2, textures);
+            must(context, gl_device_end(device));
+            gl_device_destroy(device);
+        }
+        size_t differing = 0;
+        for (size_t i = 0; i < WIDTH * HEIGHT; i++)
+            differing += fabsf(got[0][i] - got[1][i]) > 0.02f;
+        print_message("%s: %zu pixels differ on ES\n", info->name, differing);
+        assert_true(differing < WIDTH * HEIGHT / 200);
+    }
+    pnb_scene_destroy(scene);
+}
+
 /* What a caller can get wrong, each with a word about it. */
 static void test_engine_errors(void **state)
 {
@@ -973,6 +1029,7 @@ int main(void)
         cmocka_unit_test_setup_teardown(test_shader_errors, create_context, destroy_context),
         cmocka_unit_test_setup_teardown(test_occluders, create_context, destroy_context),
         cmocka_unit_test_setup_teardown(test_engine, create_context, destroy_context),
+        cmocka_unit_test_setup_teardown(test_es, create_context, destroy_context),
         cmocka_unit_test_setup_teardown(test_engine_errors, create_context, destroy_context),
     };
     return cmocka_run_group_tests_name("gl", tests, NULL, NULL);

@@ -88,3 +88,22 @@ for model in spot cow stanford-bunny teapot; do
             -n "$samples"
     done
 done
+
+# The baselines on OpenGL, and the engine's window (docs/opengl.md).
+mkdir -p docs/pictures/opengl
+baseline() { # name method option...
+    name=$1
+    method=$2
+    shift 2
+    "$penumbra" render builtin:disk -m "$method" -s 400x300 -q -o "docs/pictures/opengl/disk-$name.png" "$@"
+}
+baseline truth exact
+if baseline hard-volume hard-volume; then
+    baseline sampled-maps sampled-maps -n 16 -p path=opengl
+    baseline pcss pcss
+fi
+engine=$(dirname "$penumbra")/examples/example-engine_gl
+if [ -x "$engine" ] && command -v xvfb-run >/dev/null 2>&1; then
+    xvfb-run -a -s '-screen 0 640x480x24' "$engine" --method pcss --light disk --size 480x360 \
+        --frames 2 --check --screenshot docs/pictures/engine-gl.png
+fi
