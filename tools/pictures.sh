@@ -107,3 +107,51 @@ if [ -x "$engine" ] && command -v xvfb-run >/dev/null 2>&1; then
     xvfb-run -a -s '-screen 0 640x480x24' "$engine" --method pcss --light disk --size 480x360 \
         --frames 2 --check --screenshot docs/pictures/engine-gl.png
 fi
+
+# The figures of the D-buffer's paper beside the truth, and what the method fails at.
+mkdir -p docs/pictures/dbuffer
+pair() { # name scene options...
+    name=$1 scene=$2
+    shift 2
+    for method in dbuffer exact; do
+        picture=docs/pictures/dbuffer/$name-$method.png
+        echo "$picture"
+        "$penumbra" render "$scene" -m "$method" -o "$picture" -s 240x180 -q "$@"
+    done
+}
+disk() { # radius
+    echo "{\"type\": \"disk\", \"center\": [0.3, 3.2, 0.4], \"normal\": [0, -1, 0], \"radius\": $1}"
+}
+pair prism-0.2 builtin:prism --light "$(disk 0.2)"
+pair prism-0.8 builtin:prism --light "$(disk 0.8)"
+pair prism builtin:prism
+for scene in distance-1 distance-2 distance-3 distance-4 \
+    light-size-1 light-size-2 light-size-3 light-size-4 complex; do
+    pair "$scene" "builtin:$scene"
+done
+for texels in 32 128 512; do
+    picture=docs/pictures/dbuffer/size-$texels.png
+    echo "$picture"
+    "$penumbra" render builtin:distance-4 -m dbuffer -o "$picture" -s 240x180 -q -p size=$texels \
+        -p filter=nearest
+done
+# A blade: two silhouette edges that meet at 8 degrees.
+blade=$(mktemp -d)
+cat >"$blade/blade.obj" <<'OBJ'
+v -0.9 1 0
+v 0.9 1 0.126
+v 0.9 1 -0.126
+v 0.5 1.05 0
+f 1 3 2
+f 1 2 4
+f 2 3 4
+f 3 1 4
+OBJ
+cat >"$blade/blade.json" <<'SCENE'
+{"camera": {"eye": [0.6, 2.8, 3.4], "target": [0, 0.3, 0], "up": [0, 1, 0], "vertical_fov_degrees": 36},
+ "lights": [{"type": "disk", "center": [0, 3, 0], "normal": [0, -1, 0], "radius": 0.3}],
+ "objects": [{"name": "ground", "plane": {"point": [0, 0, 0], "normal": [0, 1, 0], "half_size": 8}},
+             {"name": "blade", "mesh": "blade.obj", "color": [0.72, 0.38, 0.22]}]}
+SCENE
+pair blade "$blade/blade.json"
+rm -r "$blade"

@@ -49,6 +49,7 @@ struct dbuffer_link {
     uint32_t next_out; /* of those that begin in vertex[0] */
     bool taken;        /* a corner ends in vertex[0] already */
     bool cut[2];       /* by the light's plane */
+    bool outlined;     /* its outline is known, not only assumed */
     size_t object;
     size_t piece;
 };
@@ -189,6 +190,29 @@ static const struct gl_edge *outline_of_edge(const struct dbuffer_volumes *s,
                                             v3_loadf(o->positions + 3 * (size_t)edge->a))));
 }
 
+/* The outline before an umbra edge: the edge itself where no other is found. */
+static void add_outline(const struct dbuffer_volumes *s, const struct gl_occluders *o,
+                        const struct silhouette_disk *disk, const struct gl_edge *edge,
+                        const vec3 ends[2], const double p[2], struct dbuffer_piece *piece)
+{
+    const struct gl_edge *outline = outline_of_edge(s, o, disk, edge);
+    vec3 at[2] = {ends[0], ends[1]};
+    double points[2][2];
+    if (outline) {
+        /* One that looks another way belongs to another side of the solid. */
+        outline_ends(o, disk, outline, at);
+        vec3 out = v3_cross(at[0], at[1]);
+        bool known = out.x * p[0] + out.y * p[1] > OUTLINE_COSINE * disk->radius * v3_length(out);
+        if (!known)
+            at[0] = ends[0], at[1] = ends[1];
+        else if (outline != edge && silhouette_disk_tangents(disk->radius, at[0], at[1], points))
+            for (int i = 0; i < 2; i++)
+                piece->outline_p[i] = (float)points[0][i];
+    }
+    v3_storef(piece->outline1, at[0]);
+    v3_storef(piece->outline2, at[1]);
+}
+
 /* The quad of a directed silhouette edge, and its ends for the fans. */
 static bool add_edge(struct dbuffer_volumes *s, const struct gl_occluders *o,
                      const struct silhouette_disk *disk, bool penumbra, size_t object,
@@ -216,25 +240,9 @@ static bool add_edge(struct dbuffer_volumes *s, const struct gl_occluders *o,
     if (!piece || !memory_reserve(s->context, (void **)&s->links, &s->link_capacity, s->link_count,
                                   1, sizeof(*s->links)))
         return false;
+    if (!penumbra && o->objects[object].closed)
+        add_outline(s, o, disk, edge, link.ends, p, piece);
     s->links[s->link_count++] = link;
-    if (!penumbra && o->objects[object].closed) {
-        const struct gl_edge *outline = outline_of_edge(s, o, disk, edge);
-        vec3 outline_at[2] = {link.ends[0], link.ends[1]};
-        double points[2][2];
-        if (outline) {
-            /* One that looks another way belongs to another side of the solid. */
-            outline_ends(o, disk, outline, outline_at);
-            vec3 out = v3_cross(outline_at[0], outline_at[1]);
-            if (!(out.x * p[0] + out.y * p[1] > OUTLINE_COSINE * disk->radius * v3_length(out)))
-                outline_at[0] = link.ends[0], outline_at[1] = link.ends[1];
-            else if (outline != edge &&
-                     silhouette_disk_tangents(disk->radius, outline_at[0], outline_at[1], points))
-                for (int i = 0; i < 2; i++)
-                    piece->outline_p[i] = (float)points[0][i];
-        }
-        v3_storef(piece->outline1, outline_at[0]);
-        v3_storef(piece->outline2, outline_at[1]);
-    }
     return true;
 }
 
@@ -311,7 +319,6 @@ static bool add_fan(struct dbuffer_volumes *s, bool penumbra, double radius,
             piece->corner[k] = angles[k];
         memcpy(piece->outline1, quads[in->piece].outline1, sizeof(piece->outline1));
         memcpy(piece->outline2, quads[in->piece].outline2, sizeof(piece->outline2));
-        memcpy(piece->outline_p, quads[in->piece].outline_p, sizeof(piece->outline_p));
         last[0] = p[0], last[1] = p[1];
     }
     return true;
