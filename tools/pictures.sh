@@ -4,6 +4,7 @@
 set -eu
 cd "$(dirname "$0")/.."
 penumbra=${1:-build}/penumbra
+tools/view_pictures.sh "${1:-build}"
 
 picture() { # scene options...
     scene=$1

@@ -199,9 +199,9 @@ static void draw_names(ViewCanvas *canvas, GtkSnapshot *snapshot, double width)
         else
             g_snprintf(text, sizeof(text), "%s", frame->methods[side]->name);
         if (side == 0)
-            draw_label(canvas, snapshot, text, x - 12, 12, 1);
+            draw_label(canvas, snapshot, text, x - 12, 40, 1); /* below marks at the border */
         else
-            draw_label(canvas, snapshot, text, x + 12, 12, 0);
+            draw_label(canvas, snapshot, text, x + 12, 40, 0);
     }
 }
 

@@ -396,10 +396,7 @@ static bool do_method(struct view_app *app, int side, const char *name)
 
 static bool do_show(struct view_app *app, const char *name)
 {
-    char *action = g_strdup_printf("win.show::%s", name);
-    bool good = gtk_widget_activate_action(view_window_widget(app->window), "win.show", "s", name);
-    g_free(action);
-    return good;
+    return gtk_widget_activate_action(view_window_widget(app->window), "win.show", "s", name);
 }
 
 static bool do_light_shape(struct view_app *app, const char *name)

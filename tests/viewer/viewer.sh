@@ -52,7 +52,7 @@ one_line() { # status pattern
     [ "$code" = "$1" ] && [ "$(wc -l <err)" = 1 ] && grep -q "$2" err
 }
 
-echo 1..18
+echo 1..19
 
 env -u DISPLAY "$penumbra" view builtin:prism >out 2>err
 code=$?
@@ -266,6 +266,26 @@ END
 timeout 100 "$penumbra" view builtin:two-boxes -s 320x240 --script drag --frames 40 --json >out 2>err
 [ $? = 0 ] && grep -q '"p99": [0-9.]*' out && grep -q '"frames": 40' out
 report $? measured_drag
+
+# No OpenGL anywhere: the picture comes by cairo, and a method on OpenGL says what it lacks.
+if "$penumbra" methods | grep -q '^hard-volume'; then
+    LIBGL_DRIVERS_PATH=/nonexistent
+    export LIBGL_DRIVERS_PATH
+    script broken_opengl builtin:prism <<'END'
+truth 0
+wait full
+method hard-volume
+expect banner
+wait full
+method exact
+expect no-banner
+wait full
+END
+    unset LIBGL_DRIVERS_PATH
+else
+    number=$((number + 1))
+    echo "ok $number - broken_opengl # SKIP built without OpenGL"
+fi
 
 # Real events: X sends them, GTK hears them.
 if command -v xdotool >/dev/null; then
