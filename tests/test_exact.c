@@ -6,6 +6,7 @@
 #include <stdint.h>
 
 #include <cmocka.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -286,13 +287,72 @@ static void test_deep_stack(void **state)
     pnb_context_destroy(context);
 }
 
+/* One frame of a built-in scene. */
+static void solve_frame(pnb_context *context, pnb_scene *scene, const char *path,
+                        const pnb_receivers *receivers, float *out)
+{
+    pnb_light light;
+    pnb_scene_light(scene, 0, &light);
+    pnb_solver_param params[] = {{"exact-area", "off"}, {"path", path}};
+    pnb_solver_desc desc = {"exact", 1024, params, 2};
+    pnb_solver *solver;
+    assert_int_equal(pnb_solver_create(context, scene, &desc, &solver), PNB_OK);
+    assert_int_equal(pnb_solver_visibility(solver, &light, receivers, out), PNB_OK);
+    pnb_solver_destroy(solver);
+}
+
+/* Frames of many tiles, flat and curved ones, groups of instances, instances behind others: the
+ * same bits for every instruction set, and what every triangle by itself gives. */
+static void test_frames(void **state)
+{
+    static const char *const scenes[] = {"fence", "spheres-3x3x3", "spheres-9x9x9", "leaves"};
+    static const char *const names[] = {"c", "avx2", "avx512"};
+    static const int sizes[4][2] = {{120, 90}, {120, 90}, {40, 30}, {60, 45}};
+    pnb_context *context = new_context(2);
+    for (size_t s = 0; s < sizeof(scenes) / sizeof(*scenes); s++) {
+        char path[64];
+        pnb_scene *scene;
+        pnb_surface *surface;
+        pnb_receivers receivers;
+        snprintf(path, sizeof(path), "builtin:%s", scenes[s]);
+        assert_int_equal(pnb_scene_load(context, path, &scene), PNB_OK);
+        assert_int_equal(
+            pnb_surface_create(context, scene, NULL, sizes[s][0], sizes[s][1], &surface), PNB_OK);
+        pnb_surface_receivers(surface, &receivers);
+        float *first = malloc(receivers.count * sizeof(float));
+        float *other = malloc(receivers.count * sizeof(float));
+        setenv("PNB_CPU", "c", 1);
+        solve_frame(context, scene, "silhouette", &receivers, first);
+        for (int i = 1; i < 3; i++) {
+            if (!exact_kernel_choose(names[i]))
+                continue;
+            setenv("PNB_CPU", names[i], 1);
+            solve_frame(context, scene, "silhouette", &receivers, other);
+            assert_memory_equal(first, other, receivers.count * sizeof(float));
+        }
+        unsetenv("PNB_CPU");
+        solve_frame(context, scene, "triangles", &receivers, other);
+        size_t off = 0;
+        for (size_t i = 0; i < receivers.count; i++) {
+            assert_int_equal(isnan(first[i]), isnan(other[i]));
+            off += fabsf(first[i] - other[i]) > 2.01f / 1024;
+        }
+        assert_true(off <= receivers.count / 1000);
+        free(first);
+        free(other);
+        pnb_surface_destroy(surface);
+        pnb_scene_destroy(scene);
+    }
+    pnb_context_destroy(context);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_clusters),   cmocka_unit_test(test_same_bits),
         cmocka_unit_test(test_resolve),    cmocka_unit_test(test_twin),
         cmocka_unit_test(test_update),     cmocka_unit_test(test_half_plane),
-        cmocka_unit_test(test_deep_stack),
+        cmocka_unit_test(test_deep_stack), cmocka_unit_test(test_frames),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
