@@ -11,7 +11,7 @@
  * or (planes only) none of its; the same bytes when asked again and with another number of threads;
  * after objects moved and pnb_solver_update() the same as a new solver; no crash, no hang. Each
  * method runs in a process of its own; when it dies the hunt goes on behind the case. Errors
- * against rays are collected, not judged, but for `exact`.
+ * against rays are collected, and judged only where they are gross, or those of `exact`.
  *
  * The last line counts the surprises; exit status 1 if there are any. Surprises that are known and
  * written in the methods' documents are counted apart: hunt_known[].
