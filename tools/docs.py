@@ -24,7 +24,9 @@ import sys
 
 ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
 MEASURED = os.path.join(ROOT, "docs", "measured.json")
-YARDSTICK = "reference:64"
+COST = ("Cost is the number of shadow rays per pixel that the reference traces in the same time, "
+        "measured in the same run (some 100 to 200 million rays a second and processor core when the "
+        "machine is quiet).")
 
 
 def markdown_files():
@@ -80,29 +82,33 @@ def block_can(method):
     return "\n".join(rows) + "\n"
 
 
-def milliseconds(value):
+def short(value):
     return f"{value:,.0f}" if value >= 99.5 else f"{value:.0f}" if value >= 9.95 else f"{value:.2g}"
 
 
 def machine(measured):
-    return (f"{measured['processor']}, {measured['threads']} threads, {measured['width']}x"
+    opengl = f", OpenGL on {measured['devices'][0]}" if measured["devices"] else ""
+    return (f"{measured['processor']}, {measured['threads']} threads{opengl}, {measured['width']}x"
             f"{measured['height']}, {measured['date'][:10]}")
 
 
 def block_figures(name, measured):
-    rows = ["| scene | light | ms | RMSE | mean | 99 % below | umbra leak | lit darkening |",
+    rows = ["| scene | light | cost | RMSE | mean | 99 % below | umbra leak | lit darkening |",
             "| --- | --- | --- | --- | --- | --- | --- | --- |"]
     for scene in measured["scenes"]:
         row = scene["methods"].get(name)
         if not row:
             continue
-        rows.append(f"| {scene['scene']} | {scene['light']} | {milliseconds(row['ms'])} | {row['rmse']:.4f} | "
+        rows.append(f"| {scene['scene']} | {scene['light']} | {short(row['rays'])} | {row['rmse']:.4f} | "
                     f"{row['mean']:+.4f} | {row['p99']:.4f} | {100 * row['leak']:.2f} % | "
                     f"{100 * row['dark']:.2f} % |")
     if len(rows) == 2:
         return "Not measured yet: `make measure`.\n"
-    return (f"Against {measured['truth_samples']:,} ray-traced samples per pixel, defaults "
-            f"({machine(measured)}; `penumbra bench all -o DIR`):\n\n" + "\n".join(rows) + "\n")
+    truth = min(s["methods"][name].get("truth", 4096) for s in measured["scenes"]
+                if name in s["methods"])
+    return (f"Against {truth:,} ray-traced samples per pixel, defaults "
+            f"({machine(measured)}; `penumbra bench all -o DIR`). {COST}\n\n" + "\n".join(rows) +
+            "\n")
 
 
 def geometric(values):
@@ -110,7 +116,7 @@ def geometric(values):
 
 
 def block_methods(methods, measured):
-    rows = ["| method | what it does | lights | receivers | runs on | a frame, ms | RMSE | leak |",
+    rows = ["| method | what it does | lights | receivers | runs on | cost | RMSE | leak |",
             "| --- | --- | --- | --- | --- | --- | --- | --- |"]
     for m in methods:
         found = [s["methods"][m["name"]] for s in measured["scenes"] if m["name"] in s["methods"]]
@@ -121,7 +127,7 @@ def block_methods(methods, measured):
             lights = f"all but {missing[0]}"
         figures = "| | | |"
         if found:
-            figures = (f"| {milliseconds(geometric([max(r['ms'], 1e-3) for r in found]))} | "
+            figures = (f"| {short(geometric([max(r['rays'], 1e-2) for r in found]))} | "
                        f"{geometric([max(r['rmse'], 1e-5) for r in found]):.4f} | "
                        f"{100 * sum(r['leak'] for r in found) / len(found):.1f} % |")
         page = f"docs/{m['name']}.md"
@@ -132,9 +138,9 @@ def block_methods(methods, measured):
         rows.append(f"| {name} | {cell(what)} | {lights} | {m['receivers']} | "
                     f"{m['processor']} {figures}")
     return ("\n".join(rows) + "\n\n" +
-            f"Means over the built-in scenes that each can do (time and RMSE geometric, umbra leak "
-            f"arithmetic), default settings, {machine(measured)}. `penumbra bench all -o DIR` prints "
-            f"the rows.\n")
+            f"Means over the built-in scenes that each can do (cost and RMSE geometric, umbra leak "
+            f"arithmetic), default settings, {machine(measured)}. {COST} `penumbra bench all -o DIR` "
+            f"prints the rows.\n")
 
 
 def fill(build):
@@ -170,13 +176,16 @@ def reduce_report(path):
     scenes = []
     for scene in report["scenes"]:
         rows = {}
+        ray = scene["truth"]["milliseconds"] / scene["truth"]["samples"]
         for m in scene["methods"]:
             if m["milliseconds"] is None or not m["pixels"]:
                 continue
-            rows[m["label"]] = {"ms": round(m["milliseconds"], 3), "rmse": round(m["rmse"], 5),
+            rows[m["label"]] = {"ms": round(m["milliseconds"], 3),
+                                "rays": float(f"{m['milliseconds'] / ray:.3g}"), "rmse": round(m["rmse"], 5),
                                 "mean": round(m["mean_error"], 5), "p99": round(m["p99_error"], 5),
                                 "leak": round(m["umbra_leak"], 5),
-                                "dark": round(m["lit_darkening"], 5)}
+                                "dark": round(m["lit_darkening"], 5),
+                                "truth": scene["truth"]["samples"]}
         scenes.append({"scene": scene["scene"].removeprefix("builtin:"),
                        "light": scene["light_type"], "triangles": scene["triangles"],
                        "methods": rows})
@@ -193,7 +202,7 @@ def reduce_report(path):
             return 1
     measured = {"date": report["date"], "processor": report["processor"], "devices": devices,
                 "threads": report["threads"], "width": first["width"], "height": first["height"],
-                "truth_samples": first["truth"]["samples"], "scenes": scenes}
+                "scenes": scenes}
     text = json.dumps(measured, indent=1)
     text = re.sub(r"\{\s+(\"ms\"[^}]*?)\s+\}", lambda m: "{" + " ".join(m.group(1).split()) + "}", text)
     with open(MEASURED, "w", encoding="utf-8") as file:
