@@ -21,7 +21,7 @@
 
 #include "method/planar/refine.h"
 
-#define SAFETY        0.85
+#define SAFETY        0.75
 #define SMALLEST      (1.0 / 6000)
 #define CELLS         9   /* each triangle has a sample in each of its ninths */
 #define SAMPLES_LEAST 5   /* with fewer a triangle is not split: first more samples */
