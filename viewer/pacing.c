@@ -4,6 +4,7 @@
 #include <math.h>
 
 #define BUDGET_MS   42.0 /* a frame of the worker: some 22 to 24 a second reach the screen */
+#define LATE_MS     150.0
 #define UP_AFTER    3
 #define HOLD_FRAMES 60
 
@@ -48,10 +49,20 @@ static void remember(struct view_pacing *pacing, int level, double ms)
     pacing->seen[level]++;
 }
 
+/* As deep as the budget asks, but not below an eighth of each side while that takes less than
+ * LATE_MS: a few frames fewer are better than a picture that shows nothing. */
+static int wanted_level(int level, double ms)
+{
+    int wanted = clamp_level(level + (int)ceil(2 * log2(fmax(ms, 0.01) / BUDGET_MS)));
+    int late = clamp_level(level + (int)ceil(2 * log2(fmax(ms, 0.01) / LATE_MS)));
+    int eighth = 12 > late ? 12 : late;
+    return wanted < eighth ? wanted : eighth;
+}
+
 void view_pacing_learn(struct view_pacing *pacing, int level, double ms)
 {
     double over = 2 * log2(fmax(ms, 0.01) / BUDGET_MS);
-    int wanted = clamp_level(level + (int)ceil(over));
+    int wanted = wanted_level(level, ms);
     remember(pacing, level, ms);
     if (pacing->hold > 0 && --pacing->hold == 0)
         pacing->lowest = VIEW_PACING_LEVELS - 1;
