@@ -1,0 +1,349 @@
+/* method/wedge/parts.c: the occluders as connected parts, and each part's edges and faces as items
+ * for the device.
+ *
+ * A part is a set of triangles joined by vertices: what the paper calls an occluder with its
+ * silhouette. An object of many pieces (a fence, a tree of leaves) is many parts, so that their
+ * penumbrae are blended and not added.
+ *
+ * Within a part, edges and faces are sorted along a Morton curve, so that the 32 items of a group
+ * lie close together and can be rejected by one box. O(n log n) once per mesh; 80 bytes an item.
+ *
+ * A part whose box reaches through the light's plane gets its faces as edge items besides: each is
+ * the line along which the plane cuts it, so that the outline stays closed. Which parts these are
+ * is looked up for each frame, O(parts); only a change packs anew.
+ */
+#include <stdlib.h>
+#include <string.h>
+
+#include "geom/tolerance.h"
+#include "method/wedge/wedge.h"
+
+struct keyed {
+    uint64_t key; /* part in the high half, place on the Morton curve in the low one */
+    uint32_t index;
+};
+
+static int by_key(const void *x, const void *y)
+{
+    const struct keyed *a = x, *b = y;
+    if (a->key != b->key)
+        return a->key < b->key ? -1 : 1;
+    return (a->index > b->index) - (a->index < b->index);
+}
+
+static uint32_t spread(uint32_t x)
+{
+    x &= 0x3ff;
+    x = (x | x << 16) & 0x30000ffu;
+    x = (x | x << 8) & 0x300f00fu;
+    x = (x | x << 4) & 0x30c30c3u;
+    return (x | x << 2) & 0x9249249u;
+}
+
+static uint32_t morton(vec3 p, vec3 low, vec3 high)
+{
+    vec3 d = v3_sub(high, low);
+    uint32_t x = (uint32_t)(d.x > 0 ? fmin(1023, (p.x - low.x) / d.x * 1024) : 0);
+    uint32_t y = (uint32_t)(d.y > 0 ? fmin(1023, (p.y - low.y) / d.y * 1024) : 0);
+    uint32_t z = (uint32_t)(d.z > 0 ? fmin(1023, (p.z - low.z) / d.z * 1024) : 0);
+    return spread(x) | spread(y) << 1 | spread(z) << 2;
+}
+
+static uint32_t root(uint32_t *parent, uint32_t i)
+{
+    while (parent[i] != i) {
+        parent[i] = parent[parent[i]];
+        i = parent[i];
+    }
+    return i;
+}
+
+static vec3 vertex(const struct gl_occluders *o, uint32_t i)
+{
+    return v3_loadf(o->positions + 3 * (size_t)i);
+}
+
+/* The part of each vertex; counts the parts. Vertices without a triangle belong to none. */
+static pnb_status find_parts(const struct gl_occluders *o, uint32_t *part_of_vertex,
+                             size_t *out_count)
+{
+    uint32_t *parent = memory_alloc(o->context, o->vertex_count, sizeof(*parent));
+    if (!parent)
+        return status_no_memory(o->context, o->vertex_count * sizeof(*parent));
+    for (size_t i = 0; i < o->vertex_count; i++) {
+        parent[i] = (uint32_t)i;
+        part_of_vertex[i] = MESH_NONE;
+    }
+    for (size_t t = 0; t < o->triangle_count; t++)
+        for (size_t k = 1; k < 3; k++) {
+            uint32_t a = root(parent, o->indices[3 * t]), b = root(parent, o->indices[3 * t + k]);
+            parent[a > b ? a : b] = a > b ? b : a;
+        }
+    size_t count = 0;
+    for (size_t i = 0; i < 3 * o->triangle_count; i++) {
+        uint32_t r = root(parent, o->indices[i]);
+        if (part_of_vertex[r] == MESH_NONE)
+            part_of_vertex[r] = (uint32_t)count++;
+    }
+    for (size_t i = 0; i < o->vertex_count; i++)
+        part_of_vertex[i] = part_of_vertex[root(parent, (uint32_t)i)];
+    memory_free(o->context, parent);
+    *out_count = count;
+    return PNB_OK;
+}
+
+static void sort_out(struct keyed *keyed, size_t count, uint32_t *out)
+{
+    qsort(keyed, count, sizeof(*keyed), by_key);
+    for (size_t i = 0; i < count; i++)
+        out[i] = keyed[i].index;
+}
+
+static void put(float *to, const struct gl_occluders *o, uint32_t i)
+{
+    memcpy(to, o->positions + 3 * (size_t)i, 3 * sizeof(float));
+}
+
+static struct wedge_item edge_item(const struct gl_occluders *o, uint32_t e, bool closed)
+{
+    const struct gl_edge *edge = &o->edges[e];
+    struct wedge_item item = {.kind = WEDGE_ITEM_EDGE, .sign = 1, .k = closed ? 0.5f : 1};
+    bool swap = edge->a > edge->b;
+    put(item.a, o, swap ? edge->b : edge->a);
+    put(item.b, o, swap ? edge->a : edge->b);
+    item.sign = swap ? -1 : 1;
+    memcpy(item.first, o->planes + 4 * (size_t)edge->first, sizeof(item.first));
+    for (int i = 0; i < 4 && edge->second != MESH_NONE; i++)
+        item.second[i] = (edge->same_way ? -1.0f : 1.0f) * o->planes[4 * (size_t)edge->second + i];
+    return item;
+}
+
+static struct wedge_item face_item(const struct gl_occluders *o, uint32_t f, bool closed)
+{
+    uint32_t v[3];
+    memcpy(v, o->indices + 3 * (size_t)f, sizeof(v));
+    struct wedge_item item = {.kind = WEDGE_ITEM_FACE, .sign = 1, .k = closed ? 0.5f : 1};
+    static const int steps[3] = {0, 1, 0}; /* bubble sort; each swap turns the face */
+    for (int s = 0; s < 3; s++) {
+        uint32_t *pair = v + steps[s];
+        if (pair[0] > pair[1]) {
+            uint32_t t = pair[0];
+            pair[0] = pair[1];
+            pair[1] = t;
+            item.sign = -item.sign;
+        }
+    }
+    put(item.a, o, v[0]);
+    put(item.b, o, v[1]);
+    put(item.c, o, v[2]);
+    memcpy(item.first, o->planes + 4 * (size_t)f, sizeof(item.first));
+    return item;
+}
+
+/* Lays the parts' groups out, and fills them. */
+static pnb_status pack(struct wedge_parts *parts)
+{
+    pnb_context *context = parts->context;
+    size_t groups = 0;
+    for (size_t i = 0; i < parts->part_count; i++) {
+        struct wedge_part *part = &parts->parts[i];
+        size_t edges = part->edge_count + (part->cut ? part->face_count : 0);
+        part->first_group = groups;
+        part->edge_group_count = (edges + WEDGE_GROUP - 1) / WEDGE_GROUP;
+        part->face_group_count = (part->face_count + WEDGE_GROUP - 1) / WEDGE_GROUP;
+        groups += part->edge_group_count + part->face_group_count;
+    }
+    struct wedge_item *items = memory_calloc(context, groups * WEDGE_GROUP, sizeof(*items));
+    uint32_t *group = memory_alloc(context, groups, sizeof(*group));
+    if (!items || !group) {
+        memory_free(context, items);
+        memory_free(context, group);
+        return status_no_memory(context, groups * WEDGE_GROUP * sizeof(*items));
+    }
+    for (size_t i = 0; i < parts->part_count; i++) {
+        const struct wedge_part *part = &parts->parts[i];
+        struct wedge_item *e = items + part->first_group * WEDGE_GROUP;
+        struct wedge_item *f = e + part->edge_group_count * WEDGE_GROUP;
+        for (size_t k = 0; k < part->edge_count; k++)
+            *e++ = edge_item(parts->occluders, parts->edges[part->first_edge + k], part->closed);
+        for (size_t k = 0; k < part->face_count; k++) {
+            f[k] = face_item(parts->occluders, parts->faces[part->first_face + k], part->closed);
+            if (part->cut) {
+                *e = f[k];
+                e++->kind = WEDGE_ITEM_CUT;
+            }
+        }
+        size_t count = part->edge_group_count + part->face_group_count;
+        for (size_t k = 0; k < count; k++)
+            group[part->first_group + k] =
+                (uint32_t)i | (k >= part->edge_group_count ? WEDGE_FACES : 0);
+    }
+    memory_free(context, parts->items);
+    memory_free(context, parts->groups);
+    parts->items = items;
+    parts->groups = group;
+    parts->group_count = groups;
+    return PNB_OK;
+}
+
+/* Boxes, then edges and faces sorted part by part. */
+static pnb_status gather(struct wedge_parts *parts, const uint32_t *part_of_vertex)
+{
+    const struct gl_occluders *o = parts->occluders;
+    size_t most = o->edge_count > o->triangle_count ? o->edge_count : o->triangle_count;
+    struct keyed *keyed = memory_alloc(parts->context, most, sizeof(*keyed));
+    if (!keyed)
+        return status_no_memory(parts->context, most * sizeof(*keyed));
+    for (size_t i = 0; i < parts->part_count; i++)
+        parts->parts[i] = (struct wedge_part){.closed = true,
+                                              .low = v3(INFINITY, INFINITY, INFINITY),
+                                              .high = v3(-INFINITY, -INFINITY, -INFINITY)};
+    for (size_t t = 0; t < o->triangle_count; t++) {
+        struct wedge_part *part = &parts->parts[part_of_vertex[o->indices[3 * t]]];
+        for (size_t k = 0; k < 3; k++) {
+            vec3 p = vertex(o, o->indices[3 * t + k]);
+            part->low = v3_min(part->low, p);
+            part->high = v3_max(part->high, p);
+        }
+        part->face_count++;
+    }
+    for (size_t e = 0; e < o->edge_count; e++) {
+        const struct gl_edge *edge = &o->edges[e];
+        uint32_t p = part_of_vertex[edge->a];
+        struct wedge_part *part = &parts->parts[p];
+        part->closed = part->closed && edge->second != MESH_NONE && !edge->same_way;
+        part->edge_count++;
+        vec3 middle = v3_scale(v3_add(vertex(o, edge->a), vertex(o, edge->b)), 0.5);
+        keyed[e] =
+            (struct keyed){(uint64_t)p << 32 | morton(middle, part->low, part->high), (uint32_t)e};
+    }
+    sort_out(keyed, o->edge_count, parts->edges);
+    for (size_t t = 0; t < o->triangle_count; t++) {
+        uint32_t p = part_of_vertex[o->indices[3 * t]];
+        vec3 middle = v3(0, 0, 0);
+        for (size_t k = 0; k < 3; k++)
+            middle = v3_mad(middle, vertex(o, o->indices[3 * t + k]), 1.0 / 3);
+        keyed[t] = (struct keyed){(uint64_t)p << 32 |
+                                      morton(middle, parts->parts[p].low, parts->parts[p].high),
+                                  (uint32_t)t};
+    }
+    sort_out(keyed, o->triangle_count, parts->faces);
+    memory_free(parts->context, keyed);
+    size_t edges = 0, faces = 0;
+    for (size_t i = 0; i < parts->part_count; i++) {
+        struct wedge_part *part = &parts->parts[i];
+        part->first_edge = edges;
+        part->first_face = faces;
+        edges += part->edge_count;
+        faces += part->face_count;
+    }
+    return PNB_OK;
+}
+
+/* Edges that want a partner, of objects that are not a scene's planes. */
+static size_t count_open(pnb_scene *scene, const struct gl_occluders *o)
+{
+    size_t count = 0;
+    for (size_t i = 0; i < o->object_count; i++) {
+        const struct gl_occluder *object = &o->objects[i];
+        if (scene->objects[object->object].info.plane)
+            continue;
+        for (size_t e = 0; e < object->edge_count; e++) {
+            const struct gl_edge *edge = &o->edges[object->first_edge + e];
+            count += edge->second == MESH_NONE || edge->same_way;
+        }
+    }
+    return count;
+}
+
+pnb_status wedge_parts_create(pnb_scene *scene, const struct gl_occluders *o,
+                              struct wedge_parts **out_parts)
+{
+    pnb_context *context = o->context;
+    *out_parts = NULL;
+    struct wedge_parts *parts = memory_calloc(context, 1, sizeof(*parts));
+    uint32_t *part_of_vertex = memory_alloc(context, o->vertex_count, sizeof(*part_of_vertex));
+    pnb_status status = PNB_OK;
+    if (!parts || !part_of_vertex)
+        status = status_no_memory(context, o->vertex_count * sizeof(*part_of_vertex));
+    if (parts)
+        parts->context = context;
+    if (status == PNB_OK) {
+        parts->occluders = o;
+        parts->open_count = count_open(scene, o);
+        status = find_parts(o, part_of_vertex, &parts->part_count);
+    }
+    if (status == PNB_OK) {
+        parts->parts = memory_alloc(context, parts->part_count, sizeof(*parts->parts));
+        parts->faces = memory_alloc(context, o->triangle_count, sizeof(*parts->faces));
+        parts->edges = memory_alloc(context, o->edge_count, sizeof(*parts->edges));
+        if (!parts->parts || !parts->faces || !parts->edges)
+            status = status_no_memory(context, o->triangle_count * sizeof(*parts->faces));
+    }
+    if (status == PNB_OK)
+        status = gather(parts, part_of_vertex);
+    if (status == PNB_OK)
+        status = pack(parts);
+    memory_free(context, part_of_vertex);
+    if (status != PNB_OK) {
+        wedge_parts_destroy(parts);
+        return status;
+    }
+    *out_parts = parts;
+    return PNB_OK;
+}
+
+void wedge_parts_destroy(struct wedge_parts *parts)
+{
+    if (!parts)
+        return;
+    pnb_context *context = parts->context;
+    memory_free(context, parts->parts);
+    memory_free(context, parts->faces);
+    memory_free(context, parts->edges);
+    memory_free(context, parts->items);
+    memory_free(context, parts->groups);
+    memory_free(context, parts);
+}
+
+void wedge_light_init(const struct light_shape *shape, const struct gl_occluders *o,
+                      struct wedge_light *light)
+{
+    light->half_u = v3_scale(shape->axis_u, 0.5);
+    light->half_v = v3_scale(shape->axis_v, 0.5);
+    light->center = v3_add(shape->origin, v3_add(light->half_u, light->half_v));
+    light->normal = shape->normal;
+    /* The reciprocal basis: the sides of a parallelogram may be oblique. */
+    vec3 x = v3_cross(light->half_v, light->normal), y = v3_cross(light->normal, light->half_u);
+    light->x_axis = v3_scale(x, 1 / v3_dot(x, light->half_u));
+    light->y_axis = v3_scale(y, 1 / v3_dot(y, light->half_v));
+    double reach =
+        v3_length(v3_sub(light->center, v3_scale(v3_add(o->scene_low, o->scene_high), 0.5))) +
+        0.5 * v3_length(v3_sub(o->scene_high, o->scene_low));
+    light->gap = isfinite(reach) ? TOLERANCE_LIGHT_GAP * reach : TOLERANCE_LIGHT_GAP;
+}
+
+vec3 wedge_light_from_world(const struct wedge_light *light, vec3 p)
+{
+    vec3 d = v3_sub(p, light->center);
+    return v3(v3_dot(light->x_axis, d), v3_dot(light->y_axis, d), v3_dot(light->normal, d));
+}
+
+pnb_status wedge_parts_cut(struct wedge_parts *parts, const struct wedge_light *light,
+                           bool *out_changed)
+{
+    *out_changed = false;
+    vec3 n = light->normal;
+    for (size_t i = 0; i < parts->part_count; i++) {
+        struct wedge_part *part = &parts->parts[i];
+        vec3 middle = v3_scale(v3_add(part->low, part->high), 0.5);
+        vec3 half = v3_scale(v3_sub(part->high, part->low), 0.5);
+        double z = v3_dot(n, v3_sub(middle, light->center)) - light->gap;
+        double reach = fabs(n.x) * half.x + fabs(n.y) * half.y + fabs(n.z) * half.z;
+        /* A whisker more than rounding may add. */
+        bool cut = fabs(z) <= reach + light->gap;
+        *out_changed = *out_changed || cut != part->cut;
+        part->cut = cut;
+    }
+    return *out_changed ? pack(parts) : PNB_OK;
+}

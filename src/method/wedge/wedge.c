@@ -1,0 +1,396 @@
+/* method/wedge/wedge.c: penumbra wedges and their blending, three variants.
+ *
+ * Forest, Barthe, Paulin: Realistic Soft Shadows by Penumbra-Wedges Blending (2006), on what
+ * Akenine-Moeller and Assarsson had before (2002, 2003). Rectangular lights; any receivers.
+ *
+ *   wedge                one sum for all silhouettes: what overlaps is counted twice
+ *   wedge-probabilistic  product of the silhouettes' visibilities
+ *   wedge-blend          per silhouette and cell of the light the hidden area and where it is;
+ *                        what two silhouettes hide together is estimated from that (section 3.2)
+ *
+ * A frame, all on the device:
+ *
+ *   setup    edges and faces into light space, cut at the light's plane
+ *   groups   boxes of 32 of them;  tiles: boxes of the receivers of 16 x 16 pixels
+ *   masks    which parts, which groups and which items may hide light from a tile
+ *   wedge    per fragment: part after part, its wedges, then the blending
+ *
+ * Differs from the paper: README.md. The sums need no shadow volume underneath: an edge adds the
+ * area between it and the light's left border, wherever it is seen, instead of the area between it
+ * and the light's middle on top of a volume's 0 or 1. So nothing depends on two comparisons that
+ * must agree, which is where streaks come from; silhouette and final buffers are registers.
+ *
+ * Cost: O(items + tiles x groups + fragments x wedges that reach their tile). Invariants: V in
+ * [0,1]; continuous in the receiver but for `wedge`, whose middle is hidden or not. Open and
+ * non-manifold parts count layers (warned of): two layers that hide the same count twice in a
+ * silhouette.
+ */
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "method/opengl.h"
+#include "method/wedge/tables.h"
+
+static bool is(const pnb_solver *solver, const char *key, const char *word)
+{
+    return strcmp(solver_param(solver, key), word) == 0;
+}
+
+static bool blends(const pnb_solver *solver)
+{
+    return strcmp(solver->method->info.name, "wedge-blend") == 0;
+}
+
+static pnb_status make_programs(pnb_solver *solver, struct wedge_room *room)
+{
+    struct wedge_programs *p = &room->programs;
+    char setup[32], wedge[160];
+    int cells = blends(solver) ? atoi(solver_param(solver, "parts")) : 1;
+    bool center = is(solver, "silhouettes", "center");
+    snprintf(setup, sizeof(setup), "#define CENTER %d\n", center);
+    snprintf(wedge, sizeof(wedge),
+             "#define COLUMNS %d\n#define ROWS %d\n#define BLEND %d\n#define GRAVITY %d\n"
+             "#define MIDDLE %d\n#define CENTER %d\n",
+             cells >= 8   ? 4
+             : cells == 4 ? 2
+                          : 1,
+             cells == 16  ? 4
+             : cells >= 4 ? 2
+                          : 1,
+             blends(solver), blends(solver) && is(solver, "overlap", "gravity"),
+             strcmp(solver->method->info.name, "wedge") == 0, center);
+    const struct {
+        struct gl_program **program;
+        const char *fragment, *defines;
+    } programs[] = {
+        {&p->setup, "method/wedge/setup.frag", setup},
+        {&p->groups, "method/wedge/groups.frag", NULL},
+        {&p->tiles, "method/wedge/tiles.frag", NULL},
+        {&p->coarse, "method/wedge/coarse.frag", NULL},
+        {&p->part_mask, "method/wedge/part_mask.frag", NULL},
+        {&p->hits, "method/wedge/hits.frag", NULL},
+        {&p->prefix, "method/wedge/prefix.frag", NULL},
+        {&p->list, "method/wedge/list.frag", NULL},
+        {&p->mask, "method/wedge/item_mask.frag", NULL},
+        {&p->wedge, "method/wedge/wedge.frag", wedge},
+    };
+    pnb_status status = PNB_OK;
+    for (size_t i = 0; i < sizeof(programs) / sizeof(*programs) && status == PNB_OK; i++) {
+        struct gl_program_desc desc = {.vertex = "gl/cover.vert",
+                                       .fragment = programs[i].fragment,
+                                       .defines = programs[i].defines};
+        status = gl_program_create(room->device, &desc, programs[i].program);
+    }
+    return status;
+}
+
+static pnb_status wedge_changed(pnb_solver *solver, struct opengl_state *state)
+{
+    struct wedge_room *room = state->room;
+    struct wedge_parts *parts;
+    pnb_status status = wedge_parts_create(solver->scene, state->occluders, &parts);
+    if (status != PNB_OK)
+        return status;
+    wedge_parts_destroy(room->parts);
+    room->parts = parts;
+    if (parts->open_count > 0)
+        solver_warn(solver,
+                    "%zu edges without a partner of opposite direction: their parts count every "
+                    "layer, so what two layers hide counts twice",
+                    parts->open_count);
+    return wedge_tables_upload(room);
+}
+
+static pnb_status wedge_create(pnb_solver *solver, struct opengl_state *state)
+{
+    struct wedge_room *room = state->room = memory_calloc(solver->context, 1, sizeof(*room));
+    if (!room)
+        return status_no_memory(solver->context, sizeof(*room));
+    room->device = state->device;
+    room->tile_wanted = solver_param_integer(solver, "tile");
+    pnb_status status = make_programs(solver, room);
+    return status == PNB_OK ? wedge_changed(solver, state) : status;
+}
+
+static void wedge_destroy(pnb_solver *solver, struct opengl_state *state)
+{
+    struct wedge_room *room = state->room;
+    if (!room)
+        return;
+    wedge_tables_finish(room);
+    const struct wedge_programs *p = &room->programs;
+    struct gl_program *programs[] = {p->setup, p->groups, p->tiles, p->coarse, p->part_mask,
+                                     p->hits,  p->prefix, p->list,  p->mask,   p->wedge};
+    for (size_t i = 0; i < sizeof(programs) / sizeof(*programs); i++)
+        gl_program_destroy(programs[i]);
+    wedge_parts_destroy(room->parts);
+    memory_free(solver->context, room);
+    state->room = NULL;
+}
+
+/* Uniforms one after another; the rest of the draw is filled in by the passes. */
+struct pass {
+    struct gl_draw draw;
+    int count;
+};
+
+static void give(struct pass *pass, struct gl_uniform uniform)
+{
+    pass->draw.uniforms[pass->count++] = uniform;
+}
+
+static void give_vector(struct pass *pass, const char *name, vec3 v)
+{
+    give(pass, gl_vec3(name, (const double[]){v.x, v.y, v.z}));
+}
+
+static void give_light(struct pass *pass, const struct wedge_light *light)
+{
+    give_vector(pass, "light_center", light->center);
+    give_vector(pass, "light_x_axis", light->x_axis);
+    give_vector(pass, "light_y_axis", light->y_axis);
+    give_vector(pass, "light_half_u", light->half_u);
+    give_vector(pass, "light_half_v", light->half_v);
+    give_vector(pass, "light_normal", light->normal);
+    give(pass, gl_float("light_gap", light->gap));
+}
+
+static void give_receivers(struct pass *pass, const struct gl_frame *frame)
+{
+    give(pass, gl_sampler("frame_position", frame->position));
+    give(pass, gl_sampler("frame_normal", frame->normal));
+}
+
+static void cover(struct wedge_room *room, struct pass *pass, struct gl_program *program,
+                  struct gl_target *target)
+{
+    pass->draw.program = program;
+    pass->draw.target = target;
+    gl_draw_cover(room->device, &pass->draw);
+}
+
+static void give_two(struct pass *pass, const char *first, const char *second,
+                     struct gl_texture *const *textures)
+{
+    give(pass, gl_sampler(first, textures[0]));
+    give(pass, gl_sampler(second, textures[1]));
+}
+
+static void give_table(struct pass *pass, const char *name, const struct wedge_table *table)
+{
+    give(pass, gl_sampler(name, table->textures[0]));
+}
+
+static void give_items(struct pass *pass, const struct wedge_room *room, int count)
+{
+    static const char *const names[4] = {"item_a", "item_b", "item_c", "item_d"};
+    for (int k = 0; k < count; k++)
+        give(pass, gl_sampler(names[k], room->items.textures[k]));
+}
+
+static void give_groups(struct pass *pass, const struct wedge_room *room)
+{
+    give_two(pass, "group_low", "group_high", room->group_box.textures);
+    give_two(pass, "group_least", "group_most", room->group_box.textures + 2);
+}
+
+/* Where a coarse tile's list is. */
+static void give_list(struct pass *pass, const struct wedge_room *room)
+{
+    give_table(pass, "list", &room->list);
+    give_table(pass, "prefix", &room->prefix);
+    give(pass, gl_int("coarse", room->coarse));
+    give(pass, gl_int("coarse_columns", room->coarse_columns));
+    give(pass, gl_int("word_count", room->words));
+    give(pass, gl_int("list_width", room->list_width));
+    give(pass, gl_int("list_rows", room->list_rows));
+}
+
+/* Items into light space, and the boxes of their groups. */
+static void draw_setup(struct wedge_room *room, const struct wedge_light *light)
+{
+    struct pass setup = {0}, groups = {0};
+    static const char *const names[5] = {"item_a", "item_b", "item_c", "item_first", "item_second"};
+    give_light(&setup, light);
+    for (int k = 0; k < 5; k++)
+        give(&setup, gl_sampler(names[k], room->in[k]));
+    cover(room, &setup, room->programs.setup, room->items.target);
+    give_items(&groups, room, 4);
+    give(&groups, gl_sampler("group_part", room->group_part));
+    give(&groups, gl_int("group_count", (int)room->parts->group_count));
+    cover(room, &groups, room->programs.groups, room->group_box.target);
+}
+
+/* The boxes of the receivers of tiles and of coarse tiles. */
+static void draw_tiles(struct wedge_room *room, const struct wedge_light *light,
+                       const struct gl_frame *frame)
+{
+    struct pass tiles = {0}, coarse = {0};
+    give_light(&tiles, light);
+    give_receivers(&tiles, frame);
+    struct gl_uniform size = {
+        .name = "frame_size", .type = GL_UNIFORM_IVEC2, .integer = {frame->width, frame->height}};
+    give(&tiles, size);
+    give(&tiles, gl_int("tile_size", room->tile_size));
+    cover(room, &tiles, room->programs.tiles, room->tile_box.target);
+    struct gl_uniform count = {.name = "tile_count",
+                               .type = GL_UNIFORM_IVEC2,
+                               .integer = {room->tile_columns, room->tile_rows}};
+    give_two(&coarse, "tile_low", "tile_high", room->tile_box.textures);
+    give(&coarse, count);
+    give(&coarse, gl_int("coarse", room->coarse));
+    cover(room, &coarse, room->programs.coarse, room->coarse_box.target);
+}
+
+/* Which parts and which groups matter to a coarse tile, and its list of groups. */
+static void draw_lists(struct wedge_room *room, const struct wedge_light *light)
+{
+    struct pass parts = {0}, hits = {0}, prefix = {0}, list = {0};
+    give_two(&parts, "tile_low", "tile_high", room->coarse_box.textures);
+    give_two(&parts, "part_low", "part_high", room->part_box);
+    give(&parts, gl_int("tile_columns", room->coarse_columns));
+    give(&parts, gl_int("part_count", (int)room->parts->part_count));
+    give(&parts, gl_float("light_gap", light->gap));
+    cover(room, &parts, room->programs.part_mask, room->part_mask.target);
+
+    give_two(&hits, "tile_low", "tile_high", room->coarse_box.textures);
+    give_groups(&hits, room);
+    give(&hits, gl_sampler("group_part", room->group_part));
+    give_table(&hits, "part_mask", &room->part_mask);
+    give(&hits, gl_int("tile_columns", room->coarse_columns));
+    give(&hits, gl_int("group_count", (int)room->parts->group_count));
+    cover(room, &hits, room->programs.hits, room->hits.target);
+
+    give_table(&prefix, "hits", &room->hits);
+    cover(room, &prefix, room->programs.prefix, room->prefix.target);
+
+    give_table(&list, "hits", &room->hits);
+    give_table(&list, "prefix", &room->prefix);
+    give(&list, gl_sampler("group_part", room->group_part));
+    give(&list, gl_int("word_count", room->words));
+    give(&list, gl_int("list_width", room->list_width));
+    give(&list, gl_int("list_rows", room->list_rows));
+    cover(room, &list, room->programs.list, room->list.target);
+}
+
+/* Which items of the listed groups matter to a tile. */
+static void draw_masks(struct wedge_room *room)
+{
+    struct pass mask = {0};
+    give_items(&mask, room, 4);
+    give_groups(&mask, room);
+    give_two(&mask, "tile_low", "tile_high", room->tile_box.textures);
+    give_list(&mask, room);
+    give(&mask, gl_int("tile_columns", room->tile_columns));
+    cover(room, &mask, room->programs.mask, room->mask.target);
+}
+
+static void draw_wedges(struct wedge_room *room, const struct wedge_light *light,
+                        const struct gl_frame *frame, struct gl_target *target)
+{
+    struct pass pass = {0};
+    give_light(&pass, light);
+    give_receivers(&pass, frame);
+    give_items(&pass, room, 4);
+    give_list(&pass, room);
+    give_table(&pass, "item_mask", &room->mask);
+    give(&pass, gl_int("tile_size", room->tile_size));
+    give(&pass, gl_int("tile_columns", room->tile_columns));
+    give(&pass, gl_int("mask_width", room->mask_width));
+    cover(room, &pass, room->programs.wedge, target);
+}
+
+static pnb_status wedge_draw(pnb_solver *solver, struct opengl_state *state,
+                             const struct light_shape *shape, const pnb_light *light,
+                             const struct gl_frame *frame, struct gl_texture *visibility)
+{
+    struct wedge_room *room = state->room;
+    struct wedge_light at;
+    bool changed;
+    double start = clock_ms();
+    wedge_light_init(shape, state->occluders, &at);
+    pnb_status status = wedge_parts_cut(room->parts, &at, &changed);
+    if (status == PNB_OK && changed)
+        status = wedge_tables_upload(room);
+    if (status == PNB_OK)
+        status = wedge_tables_resize(room, frame->width, frame->height);
+    struct gl_target *target = NULL;
+    struct gl_target_desc desc = {.colors = {{visibility, 0}}};
+    if (status == PNB_OK)
+        status = gl_target_create(room->device, &desc, &target);
+    if (status != PNB_OK)
+        return status;
+    wedge_tables_place(room, &at);
+    solver_count(solver, "setup_ms", clock_ms() - start);
+    draw_setup(room, &at);
+    draw_tiles(room, &at, frame);
+    draw_lists(room, &at);
+    draw_masks(room);
+    draw_wedges(room, &at, frame, target);
+    gl_target_destroy(target);
+    solver_count(solver, "silhouettes", (double)room->parts->part_count);
+    solver_count(solver, "tile", room->tile_size);
+    size_t lists, items;
+    wedge_tables_bytes(room, &lists, &items);
+    solver_count(solver, "lists_mb", (double)lists / (1 << 20));
+    solver_count(solver, "items_mb", (double)items / (1 << 20));
+    return PNB_OK;
+}
+
+static const struct opengl_method opengl = {wedge_create, wedge_destroy, wedge_changed, wedge_draw};
+
+#define TILE                                                                                       \
+    {                                                                                              \
+        "tile", PNB_PARAM_INTEGER, "0", 0, 1024, NULL, "pixels that share a list; 0: automatic"    \
+    }
+#define SILHOUETTES "edges that are silhouettes from the light's center, or from each point"
+
+static const pnb_param_info params[] = {
+    {"silhouettes", PNB_PARAM_CHOICE, "center", 0, 0, "center|point", SILHOUETTES},
+    TILE,
+};
+
+static const pnb_param_info blend_params[] = {
+    {"silhouettes", PNB_PARAM_CHOICE, "point", 0, 0, "center|point", SILHOUETTES},
+    {"parts", PNB_PARAM_CHOICE, "4", 0, 0, "1|4|8|16", "parts of the light: 4 are its quarters"},
+    {"overlap", PNB_PARAM_CHOICE, "gravity", 0, 0, "rectangle|gravity",
+     "where a part is hidden: bounding rectangle, or box around the centre of gravity"},
+    TILE,
+};
+
+#define RECORD(identifier, word, heading, source, sentence, list)                                  \
+    const struct method identifier = {                                                             \
+        .info =                                                                                    \
+            {                                                                                      \
+                .name = word,                                                                      \
+                .title = heading,                                                                  \
+                .paper = source,                                                                   \
+                .summary = sentence,                                                               \
+                .lights = PNB_LIGHT_BIT(PNB_LIGHT_RECTANGLE),                                      \
+                .receivers = PNB_RECEIVERS_ANY,                                                    \
+                .processor = PNB_PROCESSOR_OPENGL,                                                 \
+                .params = list,                                                                    \
+                .param_count = sizeof(list) / sizeof(*list),                                       \
+            },                                                                                     \
+        .create = opengl_create,                                                                   \
+        .destroy = opengl_destroy,                                                                 \
+        .update = opengl_update,                                                                   \
+        .visibility = opengl_visibility,                                                           \
+        .opengl = &opengl,                                                                         \
+    }
+
+RECORD(method_wedge, "wedge", "penumbra wedges, added",
+       "Akenine-Moeller, Assarsson: Approximate Soft Shadows on Arbitrary Surfaces using Penumbra "
+       "Wedges (2002)",
+       "Each silhouette edge hides the part of the light that it sweeps; all parts are added.",
+       params);
+RECORD(method_wedge_probabilistic, "wedge-probabilistic", "penumbra wedges, multiplied",
+       "Assarsson, Dougherty, Mounier, Akenine-Moeller: An Optimized Soft Shadow Volume Algorithm "
+       "with Real-Time Performance (2003)",
+       "Like wedge; the visibilities of the silhouettes are multiplied.", params);
+RECORD(method_wedge_blend, "wedge-blend", "penumbra wedges, blended",
+       "Forest, Barthe, Paulin: Realistic Soft Shadows by Penumbra-Wedges Blending (2006)",
+       "Like wedge; per silhouette and part of the light the hidden area and where it lies, so "
+       "that overlaps are counted once.",
+       blend_params);

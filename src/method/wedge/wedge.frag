@@ -1,0 +1,289 @@
+// Visibility of the light at each fragment from the wedges that reach its tile.
+//
+// BLEND 0, MIDDLE 1: `wedge`, sums; BLEND 0, MIDDLE 0: `wedge-probabilistic`, products; BLEND 1:
+// `wedge-blend`. Silhouette after silhouette (part after part), the silhouette's buffer and the
+// final one are variables of this fragment.
+//
+// Loops over set bits look for the next one in a loop of their own: software rasterisers run every
+// branch of an `if`, but leave a loop when all their lanes have.
+#include "gl/receiver.glsl"
+#include "method/wedge/common.glsl"
+#include "method/wedge/sum.glsl"
+
+// Cells of which less is hidden count as seen.
+#define NOTHING 1e-5
+
+uniform vec3 light_center, light_x_axis, light_y_axis, light_half_u, light_half_v, light_normal;
+uniform float light_gap;
+uniform sampler2D item_a, item_b, item_c, item_d; // light space, of setup.frag
+uniform highp usampler2D list, prefix, item_mask;
+uniform int tile_size, tile_columns, coarse, coarse_columns;
+uniform int word_count, list_width, list_rows, mask_width;
+
+layout(location = 0) out float out_visibility;
+
+vec2 project(vec3 a, vec3 p)
+{
+    return a.xy + (a.xy - p.xy) * (a.z / (p.z - a.z));
+}
+
+vec3 cross_at(vec3 a, vec3 b, float z)
+{
+    float t = (z - a.z) / (b.z - a.z);
+    return vec3(a.xy + (b.xy - a.xy) * t, z);
+}
+
+// A silhouette edge adds its wedge.
+void add_edge(inout Sum s, ivec2 at, float side, vec3 p, float level)
+{
+    vec4 a4 = texelFetch(item_a, at, 0);
+    vec3 a = a4.xyz, b = texelFetch(item_b, at, 0).xyz;
+    bool cut_a = a.z >= level, cut_b = b.z >= level;
+    float w = cut_a && cut_b ? 0.0 : 2.0 * side * a4.w;
+    vec3 cut = cross_at(a, b, level);
+    a = cut_a ? cut : a;
+    b = cut_b && !cut_a ? cut : b;
+    sum_add(s, w, project(a, p), project(b, p));
+}
+
+// A face that lies across the fragment's level closes the outline there.
+void add_face(inout Sum s, ivec2 at, vec3 p, float level)
+{
+    vec4 a4 = texelFetch(item_a, at, 0), b4 = texelFetch(item_b, at, 0);
+    vec3 a = a4.xyz, b = b4.xyz, c = texelFetch(item_c, at, 0).xyz;
+    vec4 plane = texelFetch(item_d, at, 0);
+    float facing = dot(plane.xyz, p) + plane.w >= 0.0 ? 1.0 : -1.0;
+    float w = a4.w * (a4.w < 1.0 ? facing - 1.0 : facing);
+    bool ka = a.z < level, kb = b.z < level, kc = c.z < level;
+    w = (ka == kb && kb == kc) || level <= light_gap ? 0.0 : w;
+    // Of the face's three sides two cross the level; vertices in the order of their numbers.
+    vec3 ab = cross_at(a, b, level), bc = cross_at(b, c, level), ac = cross_at(a, c, level);
+    vec3 from = ka && !kb ? ab : kb && !kc ? bc : ac;
+    vec3 to = !ka && kb ? ab : !kb && kc ? bc : ac;
+    bool same = b4.w > 0.0;
+    w = w == 0.0 ? 0.0 : w;
+    vec3 e = w == 0.0 ? vec3(0.0) : same ? from : to, f = w == 0.0 ? vec3(0.0) : same ? to : from;
+    sum_add(s, w, project(e, p), project(f, p));
+}
+
+// A tile's list: group after group, part after part.
+struct List {
+    int count, tile, big; // places; numbers of the tile and its coarse tile
+    int slot;             // the place
+    uint entry;           // there
+    bool fresh;           // nothing of this part was taken yet
+    int group;            // taken last
+    uint word;            // items of it that are left
+};
+
+uint entry_at(List l, int slot)
+{
+    int row = slot / list_width;
+    return texelFetch(list, ivec2(slot - row * list_width, l.big * list_rows + row), 0).x;
+}
+
+// Goes on to a group of edges, or of faces, that has an item; false at the end of the part's.
+bool find_group(inout List l, bool faces)
+{
+    while (l.word == 0u && l.slot < l.count && (l.entry >= FACES) == faces &&
+           (l.fresh || (l.entry & FIRST) == 0u)) {
+        uint word = texelFetch(item_mask, ivec2(min(l.slot, mask_width - 1), l.tile), 0).x;
+        l.word = l.slot < mask_width ? word : 0xffffffffu;
+        l.group = int(l.entry & NUMBER);
+        l.slot++;
+        l.entry = entry_at(l, min(l.slot, l.count - 1));
+        l.fresh = false;
+    }
+    return l.word != 0u;
+}
+
+// The silhouettes of this fragment among a group's edges; in plus those whose first face it sees.
+uint silhouettes(int group, uint word, vec3 p, out uint plus)
+{
+    plus = 0u;
+#if CENTER
+    plus = word; // the sign stands in the weight
+    return word;
+#else
+    uint found = 0u, bits = word;
+    while (bits != 0u) {
+        int i = lowest_bit(bits);
+        bits &= bits - 1u;
+        ivec2 at = fold(group * 32 + i);
+        vec4 first = texelFetch(item_c, at, 0), second = texelFetch(item_d, at, 0);
+        bool front = dot(first.xyz, p) + first.w >= 0.0;
+        bool back = dot(second.xyz, p) + second.w >= 0.0;
+        uint bit = 1u << uint(i);
+        found |= front != back ? bit : 0u;
+        plus |= front ? bit : 0u;
+    }
+    return found;
+#endif
+}
+
+#if BLEND
+struct Hidden { // of the cells of one row
+    CELLS area, x0, x1, y0, y1;
+};
+
+#if GRAVITY
+// A box around the centre of gravity, as large as the cell lets it be on the nearer side, and no
+// smaller than the area: right for a half-plane and for a corner.
+Hidden hidden_row(Sum s, int j)
+{
+    Hidden h;
+    h.area = clamp(s.area[j], 0.0, 1.0);
+    CELLS over = 1.0 / max(s.area[j], 1e-6);
+    CELLS gx = clamp(s.moment_x[j] * over, 0.0, 1.0), gy = clamp(s.moment_y[j] * over, 0.0, 1.0);
+    CELLS hx = min(gx, 1.0 - gx), hy = min(gy, 1.0 - gy);
+    CELLS grow = sqrt(max(h.area / max(4.0 * hx * hy, 1e-12), 1.0));
+    hx *= grow;
+    hy *= grow;
+    h.x0 = max(gx - hx, 0.0);
+    h.x1 = min(gx + hx, 1.0);
+    h.y0 = max(gy - hy, 0.0);
+    h.y1 = min(gy + hy, 1.0);
+    return h;
+}
+#else
+// The bounds of the edges inside, out to the borders that are covered. A covered cell without an
+// edge is covered wholly.
+Hidden hidden_row(Sum s, int j)
+{
+    Hidden h;
+    h.area = clamp(s.area[j], 0.0, 1.0);
+    h.x0 = s.x0[j] * step(s.left[j], CELLS(NOTHING));
+    h.x1 = mix(s.x1[j], CELLS(1.0), 1.0 - step(s.right[j], CELLS(NOTHING)));
+    h.y0 = s.y0[j] * step(s.level[j], CELLS(NOTHING));
+    h.y1 = mix(s.y1[j], CELLS(1.0), 1.0 - step(s.level[j + 1], CELLS(NOTHING)));
+    CELLS empty_x = step(h.x1, h.x0), empty_y = step(h.y1, h.y0);
+    h.x0 *= 1.0 - empty_x;
+    h.x1 = mix(h.x1, CELLS(1.0), empty_x);
+    h.y0 *= 1.0 - empty_y;
+    h.y1 = mix(h.y1, CELLS(1.0), empty_y);
+    return h;
+}
+#endif
+
+// Section 3.2: what silhouette s hides joins what is hidden already; epsilon of it is counted by
+// both. Where either hides nothing the other stays as it is.
+void blend(inout Hidden f, Hidden s)
+{
+    CELLS box_f = (f.x1 - f.x0) * (f.y1 - f.y0), box_s = (s.x1 - s.x0) * (s.y1 - s.y0);
+    CELLS beta = max(min(f.x1, s.x1) - max(f.x0, s.x0), 0.0) *
+                 max(min(f.y1, s.y1) - max(f.y0, s.y0), 0.0);
+    CELLS epsilon = min(f.area / max(box_f, NOTHING), 1.0) *
+                    min(s.area / max(box_s, NOTHING), 1.0) * beta;
+    CELLS new_s = 1.0 - step(s.area, CELLS(NOTHING)), old_f = 1.0 - step(f.area, CELLS(NOTHING));
+    CELLS both = new_s * old_f;
+    CELLS x0 = min(f.x0, s.x0), x1 = max(f.x1, s.x1), y0 = min(f.y0, s.y0), y1 = max(f.y1, s.y1);
+    CELLS area = f.area + s.area - min(epsilon, min(f.area, s.area));
+    area = min(area, (x1 - x0) * (y1 - y0));
+    CELLS only_s = new_s * (1.0 - old_f);
+    f.area = mix(mix(f.area, s.area, only_s), area, both);
+    f.x0 = mix(mix(f.x0, s.x0, only_s), x0, both);
+    f.x1 = mix(mix(f.x1, s.x1, only_s), x1, both);
+    f.y0 = mix(mix(f.y0, s.y0, only_s), y0, both);
+    f.y1 = mix(mix(f.y1, s.y1, only_s), y1, both);
+}
+#endif
+
+float total(CELLS v)
+{
+#if COLUMNS == 1
+    return v;
+#else
+    return dot(v, CELLS(1.0));
+#endif
+}
+
+// The share of the light where  slope . (x, y) + height <= 0: below the receiver's horizon.
+float below_horizon(vec2 slope, float height)
+{
+    vec2 c = abs(slope.x) >= abs(slope.y) ? slope : slope.yx;
+    if (c.x == 0.0)
+        return height > 0.0 ? 0.0 : 1.0;
+    // Along each line of the light up to a place, linear from line to line; both ends in [0,1].
+    float ua = 0.5 - 0.5 * (height - c.y) / c.x, ub = 0.5 - 0.5 * (height + c.y) / c.x;
+    float ca = clamp(ua, 0.0, 1.0), cb = clamp(ub, 0.0, 1.0), du = ub - ua;
+    float up_to = abs(du) < 1e-6 ? ca
+                                 : ((cb - ca) * 0.5 * (ca + cb) + max(ub, 1.0) - max(ua, 1.0)) / du;
+    return c.x > 0.0 ? up_to : 1.0 - up_to;
+}
+
+void main()
+{
+    Receiver r = receiver_here();
+    vec3 d = r.lifted - light_center;
+    vec3 p = vec3(dot(light_x_axis, d), dot(light_y_axis, d), dot(light_normal, d));
+    p = r.valid && p.z > 0.0 ? p : vec3(0.0, 0.0, 1.0);
+    float level = p.z * (1.0 - NEAR);
+    ivec2 tile = ivec2(gl_FragCoord.xy) / tile_size, big = tile / coarse;
+    List l;
+    l.tile = tile.y * tile_columns + tile.x;
+    l.big = big.y * coarse_columns + big.x;
+    l.count = r.valid ? int(texelFetch(prefix, ivec2(word_count, l.big), 0).x) : 0;
+    l.slot = 0;
+    l.entry = entry_at(l, 0);
+    l.group = 0;
+    l.word = 0u;
+
+#if BLEND
+    Hidden final[ROWS];
+    for (int j = 0; j < ROWS; j++)
+        final[j] = Hidden(CELLS(0.0), CELLS(0.0), CELLS(0.0), CELLS(0.0), CELLS(0.0));
+#elif MIDDLE
+    float hard = 0.0, soft = 0.0;
+#else
+    float seen = 1.0;
+#endif
+    while (l.slot < l.count) {
+        Sum s;
+        sum_clear(s);
+        l.fresh = true;
+        while (find_group(l, false)) {
+            uint plus, found = silhouettes(l.group, l.word, p, plus);
+            l.word = 0u;
+            while (found != 0u) {
+                int i = lowest_bit(found);
+                found &= found - 1u;
+                float side = (plus >> uint(i) & 1u) != 0u ? 1.0 : -1.0;
+                add_edge(s, fold(l.group * 32 + i), side, p, level);
+            }
+        }
+        while (find_group(l, true)) {
+            while (l.word != 0u) {
+                int i = lowest_bit(l.word);
+                l.word &= l.word - 1u;
+                add_face(s, fold(l.group * 32 + i), p, level);
+            }
+        }
+#if BLEND
+        for (int j = 0; j < ROWS; j++)
+            blend(final[j], hidden_row(s, j));
+#else
+        float all = clamp(s.area[0], 0.0, 1.0);
+#if MIDDLE
+        float middle = s.middle > 0.5 ? 1.0 : 0.0;
+        hard = max(hard, middle);
+        soft += all - middle;
+#else
+        seen *= 1.0 - all;
+#endif
+#endif
+    }
+#if BLEND
+    float hidden = 0.0;
+    for (int j = 0; j < ROWS; j++)
+        hidden += total(final[j].area);
+    float v = 1.0 - hidden / float(COLUMNS * ROWS);
+#elif MIDDLE
+    float v = 1.0 - (hard + soft);
+#else
+    float v = seen;
+#endif
+    // What lies below the horizon is hidden by the receiver's own surface, which mostly is a part too.
+    vec2 slope = vec2(dot(r.normal, light_half_u), dot(r.normal, light_half_v));
+    v = min(v, 1.0 - below_horizon(slope, -dot(r.normal, d)));
+    out_visibility = r.valid ? clamp(v, 0.0, 1.0) : 1.0;
+}

@@ -1,0 +1,347 @@
+/* test_wedge.c: the wedges on the device against their slow twin; what the blending must reach;
+ * lights and meshes that are hard; random scenes. Ceilings of all scenes: opengl_ceilings.h. */
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <cmocka.h>
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <penumbra/penumbra.h>
+
+#include "light/light.h"
+#include "scene/scene.h"
+#include "wedge_random.h"
+#include "wedge_twin.h"
+
+enum { WIDTH = 64, HEIGHT = 48, PIXELS = WIDTH * HEIGHT };
+
+struct picture {
+    pnb_context *context;
+    pnb_scene *scene;
+    pnb_surface *surface;
+    pnb_receivers receivers;
+    pnb_light light;
+};
+
+static void take(struct picture *picture)
+{
+    if (pnb_surface_create(picture->context, picture->scene, NULL, WIDTH, HEIGHT,
+                           &picture->surface) != PNB_OK)
+        fail_msg("%s", pnb_context_error(picture->context));
+    pnb_surface_receivers(picture->surface, &picture->receivers);
+    pnb_scene_light(picture->scene, 0, &picture->light);
+}
+
+static void open_scene(struct picture *picture, const char *name)
+{
+    char path[128];
+    snprintf(path, sizeof(path), "builtin:%s", name);
+    if (pnb_context_create(NULL, &picture->context) != PNB_OK ||
+        pnb_scene_load(picture->context, path, &picture->scene) != PNB_OK)
+        fail_msg("%s", pnb_context_error(picture->context));
+    take(picture);
+}
+
+static void close_scene(struct picture *picture)
+{
+    pnb_surface_destroy(picture->surface);
+    pnb_scene_destroy(picture->scene);
+    pnb_context_destroy(picture->context);
+}
+
+static pnb_solver *open_solver(struct picture *picture, const char *method,
+                               const pnb_solver_param *params, size_t count)
+{
+    pnb_solver *solver;
+    pnb_solver_desc desc = {.method = method, .params = params, .param_count = count};
+    pnb_status status = pnb_solver_create(picture->context, picture->scene, &desc, &solver);
+    if (status == PNB_ERROR_DEVICE)
+        skip();
+    if (status != PNB_OK)
+        fail_msg("%s", pnb_context_error(picture->context));
+    return solver;
+}
+
+static void run(struct picture *picture, const char *method, const pnb_solver_param *params,
+                size_t count, float *visibility)
+{
+    pnb_solver *solver = open_solver(picture, method, params, count);
+    if (pnb_solver_visibility(solver, &picture->light, &picture->receivers, visibility) != PNB_OK)
+        fail_msg("%s", pnb_context_error(picture->context));
+    pnb_solver_destroy(solver);
+}
+
+struct twin_job {
+    const struct wedge_twin *twin;
+    const struct light_shape *shape;
+    const pnb_receivers *receivers;
+    double lift;
+    struct wedge_twin_answer *answers;
+};
+
+static void twin_body(void *user, size_t begin, size_t end, int worker)
+{
+    const struct twin_job *job = user;
+    for (size_t i = begin; i < end; i++) {
+        vec3 p = v3_loadf(job->receivers->positions + 3 * i);
+        vec3 n = v3_loadf(job->receivers->normals + 3 * i);
+        job->answers[i] = (struct wedge_twin_answer){NAN, NAN, NAN};
+        /* The twin knows no horizon. */
+        if (v3_finite(p) && light_shape_faces(job->shape, p, n))
+            job->answers[i] = wedge_twin_at(job->twin, v3_mad(p, n, job->lift));
+    }
+}
+
+/* The device's answer is the twin's, but for what floats leave open. */
+static void compare_with_twin(const char *scene, bool center, bool gravity, const char *parts)
+{
+    static float added[PIXELS], multiplied[PIXELS], blended[PIXELS];
+    static struct wedge_twin_answer answers[PIXELS];
+    struct picture picture;
+    open_scene(&picture, scene);
+    const pnb_solver_param params[3] = {{"silhouettes", center ? "center" : "point"},
+                                        {"overlap", gravity ? "gravity" : "rectangle"},
+                                        {"parts", parts}};
+    run(&picture, "wedge", params, 1, added);
+    run(&picture, "wedge-probabilistic", params, 1, multiplied);
+    run(&picture, "wedge-blend", params, 3, blended);
+
+    struct gl_occluders *occluders;
+    struct wedge_parts *wedges;
+    struct wedge_light light;
+    struct light_shape shape;
+    bool changed;
+    assert_int_equal(light_shape_init(picture.context, &picture.light, &shape), PNB_OK);
+    assert_int_equal(gl_occluders_create(picture.scene, &occluders), PNB_OK);
+    assert_int_equal(wedge_parts_create(picture.scene, occluders, &wedges), PNB_OK);
+    wedge_light_init(&shape, occluders, &light);
+    assert_int_equal(wedge_parts_cut(wedges, &light, &changed), PNB_OK);
+    int cells = atoi(parts);
+    struct wedge_twin twin = {wedges,
+                              &light,
+                              center,
+                              gravity,
+                              cells >= 8   ? 4
+                              : cells == 4 ? 2
+                                           : 1,
+                              cells == 16  ? 4
+                              : cells >= 4 ? 2
+                                           : 1};
+    struct twin_job job = {&twin, &shape, &picture.receivers, scene_receiver_lift(picture.scene),
+                           answers};
+    parallel_for(picture.context, PIXELS, 64, twin_body, &job);
+    size_t count = 0, wrong = 0;
+    for (size_t i = 0; i < PIXELS; i++) {
+        if (isnan(answers[i].wedge))
+            continue;
+        count++;
+        wrong += fabs(multiplied[i] - answers[i].probabilistic) > 2e-3 ||
+                 fabs(blended[i] - answers[i].blend) > 5e-3 ||
+                 /* `wedge` is not continuous where the middle of the light is just hidden. */
+                 fabs(added[i] - answers[i].wedge) > 2e-3;
+    }
+    if (count < 100 || wrong > count / 100)
+        fail_msg("%s, %s, %s, %s: %zu of %zu pixels differ from the twin's", scene, params[0].value,
+                 params[1].value, parts, wrong, count);
+    wedge_parts_destroy(wedges);
+    gl_occluders_destroy(occluders);
+    light_shape_finish(picture.context, &shape);
+    close_scene(&picture);
+}
+
+static void test_twin(void **state)
+{
+    compare_with_twin("prism", false, true, "4");
+    compare_with_twin("prism", true, false, "1");
+    compare_with_twin("two-boxes", false, false, "4");
+    compare_with_twin("two-boxes", true, true, "4");
+    compare_with_twin("pole", false, true, "8");
+    compare_with_twin("light-in-solid", false, false, "16");
+    compare_with_twin("caster-through-light-plane", true, true, "4");
+    compare_with_twin("caster-through-light-plane", false, true, "16");
+}
+
+static pnb_errors measure(struct picture *picture, const float *visibility, const float *truth,
+                          size_t *out_over)
+{
+    static uint8_t mask[PIXELS];
+    pnb_errors errors;
+    pnb_measure_facing(&picture->light, &picture->receivers, mask);
+    assert_int_equal(pnb_measure(picture->context, visibility, truth, mask, PIXELS, &errors),
+                     PNB_OK);
+    *out_over = 0;
+    for (size_t i = 0; i < PIXELS; i++)
+        *out_over += mask[i] && visibility[i] < truth[i] - 0.1f;
+    return errors;
+}
+
+/* Blending where silhouettes overlap: at most half the error of adding, less than multiplying, a
+ * quarter of the pixels that are darker than they should be by a tenth. */
+static void test_blending(void **state)
+{
+    static const char *const scenes[] = {"two-boxes", "spheres-3x3x3", "fence"};
+    static float truth[PIXELS], visibility[PIXELS];
+    static const char *const methods[] = {"wedge", "wedge-probabilistic", "wedge-blend"};
+    for (size_t s = 0; s < 3; s++) {
+        struct picture picture;
+        double rmse[3];
+        size_t over[3];
+        open_scene(&picture, scenes[s]);
+        run(&picture, "exact", NULL, 0, truth);
+        for (int m = 0; m < 3; m++) {
+            run(&picture, methods[m], NULL, 0, visibility);
+            rmse[m] = measure(&picture, visibility, truth, &over[m]).rmse;
+        }
+        if (rmse[2] > 0.5 * rmse[0] || rmse[2] >= rmse[1] || 4 * over[2] > over[0])
+            fail_msg("%s: rmse %.4f %.4f %.4f, too dark %zu %zu %zu", scenes[s], rmse[0], rmse[1],
+                     rmse[2], over[0], over[1], over[2]);
+        close_scene(&picture);
+    }
+}
+
+/* One convex occluder is as good as exact. */
+static void test_convex(void **state)
+{
+    static const char *const scenes[] = {"prism", "pole", "two-boxes"};
+    static float truth[PIXELS], visibility[PIXELS];
+    for (size_t s = 0; s < 3; s++) {
+        struct picture picture;
+        size_t over;
+        open_scene(&picture, scenes[s]);
+        run(&picture, "exact", NULL, 0, truth);
+        run(&picture, "wedge-blend", NULL, 0, visibility);
+        double rmse = measure(&picture, visibility, truth, &over).rmse;
+        if (rmse > 0.01)
+            fail_msg("%s: rmse %.4f", scenes[s], rmse);
+        close_scene(&picture);
+    }
+}
+
+/* A light that shrinks to a point gives the hard shadow. */
+static void test_small_light(void **state)
+{
+    static float hard[PIXELS], soft[PIXELS];
+    static const char *const methods[] = {"wedge", "wedge-probabilistic", "wedge-blend"};
+    static const double sides[] = {1e-3, 1e-5};
+    struct picture picture;
+    open_scene(&picture, "two-boxes");
+    for (int k = 0; k < 2; k++) {
+        double *u = picture.light.shape.rectangle.half_u, *v = picture.light.shape.rectangle.half_v;
+        double length = sqrt(u[0] * u[0] + u[1] * u[1] + u[2] * u[2]);
+        for (int c = 0; c < 3; c++) {
+            u[c] *= sides[k] / length;
+            v[c] *= sides[k] / length;
+        }
+        run(&picture, "hard-volume", NULL, 0, hard);
+        for (int m = 0; m < 3; m++) {
+            run(&picture, methods[m], NULL, 0, soft);
+            size_t wrong = 0;
+            for (size_t i = 0; i < PIXELS; i++)
+                wrong += fabsf(soft[i] - hard[i]) > 0.5f;
+            if (wrong > 4)
+                fail_msg("%s, %g m: %zu pixels", methods[m], sides[k], wrong);
+        }
+    }
+    close_scene(&picture);
+}
+
+/* Moving and bending is the same as starting anew. */
+static void test_update(void **state)
+{
+    static float after[PIXELS], fresh[PIXELS];
+    struct picture picture;
+    pnb_object object;
+    open_scene(&picture, "two-boxes");
+    pnb_solver *solver = open_solver(&picture, "wedge-blend", NULL, 0);
+    assert_int_equal(pnb_solver_visibility(solver, &picture.light, &picture.receivers, after),
+                     PNB_OK);
+    pnb_scene_object(picture.scene, 1, &object);
+    object.world_from_mesh[3] += 0.4;
+    assert_int_equal(pnb_scene_set_placement(picture.scene, 1, object.world_from_mesh), PNB_OK);
+    assert_int_equal(pnb_solver_update(solver, PNB_UPDATE_PLACEMENTS), PNB_OK);
+    assert_int_equal(pnb_solver_visibility(solver, &picture.light, &picture.receivers, after),
+                     PNB_OK);
+    pnb_solver_destroy(solver);
+    run(&picture, "wedge-blend", NULL, 0, fresh);
+    assert_memory_equal(after, fresh, sizeof(fresh));
+    close_scene(&picture);
+}
+
+/* Tiles of other sizes give the same picture: lists reject nothing that matters. */
+static void test_tiles(void **state)
+{
+    static float first[PIXELS], other[PIXELS];
+    struct picture picture;
+    open_scene(&picture, "fence");
+    const pnb_solver_param small = {"tile", "4"}, large = {"tile", "64"};
+    run(&picture, "wedge-blend", &small, 1, first);
+    run(&picture, "wedge-blend", &large, 1, other);
+    for (size_t i = 0; i < PIXELS; i++)
+        if (!isnan(first[i]) && fabsf(first[i] - other[i]) > 1e-3f)
+            fail_msg("pixel %zu: %g and %g", i, first[i], other[i]);
+    close_scene(&picture);
+}
+
+/* Open meshes are warned of, other lights refused, a scene without casters is lit. */
+static void test_bad_input(void **state)
+{
+    static float visibility[PIXELS];
+    struct picture picture;
+    pnb_solver_report report;
+    open_scene(&picture, "leaves");
+    pnb_solver *solver = open_solver(&picture, "wedge-blend", NULL, 0);
+    pnb_solver_get_report(solver, &report);
+    assert_true(report.warning_count > 0 && strstr(report.warnings[0], "without a partner"));
+    pnb_solver_destroy(solver);
+    close_scene(&picture);
+
+    open_scene(&picture, "disk");
+    solver = open_solver(&picture, "wedge", NULL, 0);
+    assert_int_equal(pnb_solver_visibility(solver, &picture.light, &picture.receivers, visibility),
+                     PNB_ERROR_UNSUPPORTED);
+    pnb_solver_destroy(solver);
+    close_scene(&picture);
+
+    open_scene(&picture, "two-boxes");
+    for (size_t i = 0; i < picture.scene->object_count; i++)
+        picture.scene->objects[i].info.casts = false;
+    run(&picture, "wedge-blend", NULL, 0, visibility);
+    static uint8_t mask[PIXELS];
+    pnb_measure_facing(&picture.light, &picture.receivers, mask);
+    for (size_t i = 0; i < PIXELS; i++)
+        assert_true(!mask[i] || visibility[i] == 1);
+    close_scene(&picture);
+}
+
+static void test_random(void **state)
+{
+    struct wedge_random_result result;
+    pnb_context *context;
+    assert_int_equal(pnb_context_create(NULL, &context), PNB_OK);
+    for (uint64_t seed = 0; seed < 12; seed++) {
+        pnb_status status = wedge_random_run(context, seed, &result);
+        if (status == PNB_ERROR_DEVICE)
+            skip();
+        if (status != PNB_OK)
+            fail_msg("seed %d: %s", (int)seed, pnb_context_error(context));
+        if (result.what)
+            fail_msg("seed %d: %s", (int)seed, result.what);
+    }
+    pnb_context_destroy(context);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_twin),      cmocka_unit_test(test_blending),
+        cmocka_unit_test(test_convex),    cmocka_unit_test(test_small_light),
+        cmocka_unit_test(test_update),    cmocka_unit_test(test_tiles),
+        cmocka_unit_test(test_bad_input), cmocka_unit_test(test_random),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
