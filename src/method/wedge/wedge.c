@@ -42,12 +42,30 @@ static bool blends(const pnb_solver *solver)
     return strcmp(solver->method->info.name, "wedge-blend") == 0;
 }
 
+/* Mesa's software rasteriser ends a fragment's loops after 65,535 turns. Trying the edges of so
+ * many triangles for each point takes more; those that are silhouettes from one point do not. */
+#define SOFTWARE_TRIANGLES 80000
+
+static bool looks_from_center(pnb_solver *solver, const struct wedge_room *room)
+{
+    size_t triangles = room->parts->occluders->triangle_count;
+    if (is(solver, "silhouettes", "center"))
+        return true;
+    if (!gl_device_get_info(room->device)->software || triangles <= SOFTWARE_TRIANGLES)
+        return false;
+    solver_warn(solver,
+                "%zu triangles are too many for silhouettes=point on a software rasteriser: "
+                "silhouettes=center is taken",
+                triangles);
+    return true;
+}
+
 static pnb_status make_programs(pnb_solver *solver, struct wedge_room *room)
 {
     struct wedge_programs *p = &room->programs;
     char setup[32], wedge[160];
     int cells = blends(solver) ? atoi(solver_param(solver, "parts")) : 1;
-    bool center = is(solver, "silhouettes", "center");
+    bool center = looks_from_center(solver, room);
     snprintf(setup, sizeof(setup), "#define CENTER %d\n", center);
     snprintf(wedge, sizeof(wedge),
              "#define COLUMNS %d\n#define ROWS %d\n#define BLEND %d\n#define GRAVITY %d\n"
@@ -109,8 +127,8 @@ static pnb_status wedge_create(pnb_solver *solver, struct opengl_state *state)
         return status_no_memory(solver->context, sizeof(*room));
     room->device = state->device;
     room->tile_wanted = solver_param_integer(solver, "tile");
-    pnb_status status = make_programs(solver, room);
-    return status == PNB_OK ? wedge_changed(solver, state) : status;
+    pnb_status status = wedge_changed(solver, state);
+    return status == PNB_OK ? make_programs(solver, room) : status;
 }
 
 static void wedge_destroy(pnb_solver *solver, struct opengl_state *state)
