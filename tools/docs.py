@@ -6,7 +6,7 @@ public things are explained, makes the API reference.
     tools/docs.py check            links, and comments of the headers; prints what is wrong
     tools/docs.py api FOLDER       the API reference as HTML (doxygen) into FOLDER/api
     tools/docs.py measured REPORT  takes a report.json of 'penumbra bench all' into
-                                   docs/measured.json; methods that it lacks keep their rows
+                                   docs/measured.json; scenes and methods that it lacks keep theirs
 
 Generated blocks stand between <!-- penumbra: KIND WORD... --> and <!-- end -->:
 
@@ -116,8 +116,8 @@ def geometric(values):
 
 
 def block_methods(methods, measured):
-    rows = ["| method | what it does | lights | receivers | runs on | cost | RMSE | leak |",
-            "| --- | --- | --- | --- | --- | --- | --- | --- |"]
+    rows = ["| method | what it does | lights | receivers | runs on | cost | RMSE | leak | scenes |",
+            "| --- | --- | --- | --- | --- | --- | --- | --- | --- |"]
     for m in methods:
         found = [s["methods"][m["name"]] for s in measured["scenes"] if m["name"] in s["methods"]]
         lights = "all" if len(m["lights"]) == 6 else ", ".join(m["lights"])
@@ -125,12 +125,14 @@ def block_methods(methods, measured):
             missing = [t for t in ("rectangle", "disk", "polygon", "line", "point", "sun")
                        if t not in m["lights"]]
             lights = f"all but {missing[0]}"
-        figures = "| | | |"
+        figures = "| | | | |"
         if found:
             figures = (f"| {short(geometric([max(r['rays'], 1e-2) for r in found]))} | "
                        f"{geometric([max(r['rmse'], 1e-5) for r in found]):.4f} | "
-                       f"{100 * sum(r['leak'] for r in found) / len(found):.1f} % |")
+                       f"{100 * sum(r['leak'] for r in found) / len(found):.1f} % | {len(found)} |")
         page = f"docs/{m['name']}.md"
+        if not os.path.exists(os.path.join(ROOT, page)):
+            page = f"docs/{m['name'].split('-')[0]}.md"
         name = f"`{m['name']}`"
         if os.path.exists(os.path.join(ROOT, page)):
             name = f"[{name}]({page})"
@@ -138,7 +140,7 @@ def block_methods(methods, measured):
         rows.append(f"| {name} | {cell(what)} | {lights} | {m['receivers']} | "
                     f"{m['processor']} {figures}")
     return ("\n".join(rows) + "\n\n" +
-            f"Means over the built-in scenes that each can do (cost and RMSE geometric, umbra leak "
+            f"Means over the built-in scenes that were measured (cost and RMSE geometric, umbra leak "
             f"arithmetic), default settings, {machine(measured)}. {COST} `penumbra bench all -o DIR` "
             f"prints the rows.\n")
 
@@ -194,12 +196,12 @@ def reduce_report(path):
                       if m.get("device")} - {report["processor"]})
     # Methods that this report lacks keep what was measured before.
     if os.path.exists(MEASURED):
-        old = {s["scene"]: s["methods"] for s in json.loads(read(MEASURED))["scenes"]}
+        before = json.loads(read(MEASURED))
+        old = {s["scene"]: s["methods"] for s in before["scenes"]}
         for scene in scenes:
             scene["methods"] = {**old.get(scene["scene"], {}), **scene["methods"]}
-        if len(old) > len(scenes):
-            print("docs: the report has fewer scenes than docs/measured.json: left as it is")
-            return 1
+        scenes = [next((n for n in scenes if n["scene"] == s["scene"]), s)
+                  for s in before["scenes"]] + [s for s in scenes if s["scene"] not in old]
     measured = {"date": report["date"], "processor": report["processor"], "devices": devices,
                 "threads": report["threads"], "width": first["width"], "height": first["height"],
                 "scenes": scenes}
