@@ -384,8 +384,7 @@ void twin_visibility(pnb_context *context, const struct twin_case *c, int sample
         vec3 p = v3_loadf(c->positions + 3 * i), n = v3_loadf(c->normals + 3 * i);
         vec3 eye = v3_mad(p, n, lift);
         double seen = 0, total = 0;
-        bool lit = !light.one_sided || (v3_dot(light.normal, v3_sub(p, light.center)) > 0 &&
-                                        v3_dot(light.normal, v3_sub(eye, light.center)) > 0);
+        bool lit = !light.one_sided || v3_dot(light.normal, v3_sub(p, light.center)) > 0;
         for (int j = 0; j < grid->rows; j++)
             for (int k = 0; k < grid->bins; k++) {
                 double weight = (double)grid->weight[k * grid->stride + j] * grid->length[j];

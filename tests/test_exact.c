@@ -248,6 +248,45 @@ static void test_half_plane(void **state)
     pnb_context_destroy(context);
 }
 
+/* Receivers that only their lift takes behind a slanting light: on its lit side, they see it. */
+static void test_behind_by_lift(void **state)
+{
+    pnb_context *context = new_context(1);
+    pnb_scene *scene;
+    assert_int_equal(pnb_scene_create(context, &scene), PNB_OK);
+    add_quad(scene, (const float[]){-10, 0, -10, -10, 0, 10, 10, 0, 10, 10, 0, -10});
+    add_quad(scene, (const float[]){-1, 0.5f, 0, -1, 0.5f, 1, -1, 1.5f, 1, -1, 1.5f, 0});
+    /* Its plane meets the floor at x = -2, where its half with z > 0 is hidden. */
+    pnb_light light = {.type = PNB_LIGHT_RECTANGLE,
+                       .shape.rectangle = {{0, 2, 0}, {0, 0, 0.5}, {-0.35, -0.35, 0}}};
+    double lift = scene_receiver_lift(scene);
+    float positions[3 * 8], normals[3 * 8], v[8], alone;
+    for (int i = 0; i < 8; i++) {
+        positions[3 * i] = (float)(-2 + lift * (0.5 * i - 0.75));
+        positions[3 * i + 1] = positions[3 * i + 2] = 0;
+        normals[3 * i] = normals[3 * i + 2] = 0, normals[3 * i + 1] = 1;
+    }
+    static const char *const methods[] = {"exact", "reference"};
+    static const char *const paths[] = {"silhouette", "triangles"};
+    for (int run = 0; run < 3; run++) {
+        pnb_solver_param params[] = {{"path", paths[run % 2]}};
+        pnb_solver_desc desc = {methods[run / 2], 1024, params, run < 2};
+        pnb_solver *solver;
+        assert_int_equal(pnb_solver_create(context, scene, &desc, &solver), PNB_OK);
+        pnb_receivers receivers = {.count = 8, .positions = positions, .normals = normals};
+        assert_int_equal(pnb_solver_visibility(solver, &light, &receivers, v), PNB_OK);
+        for (int i = 0; i < 8; i++) {
+            assert_true(i < 2 ? v[i] == 0 : fabs(v[i] - 0.5) < 0.01);
+            receivers = (pnb_receivers){1, positions + 3 * i, normals + 3 * i, 0, 0, NULL, NULL};
+            assert_int_equal(pnb_solver_visibility(solver, &light, &receivers, &alone), PNB_OK);
+            assert_true(run == 2 || fabsf(v[i] - alone) < 2.01f / 1024);
+        }
+        pnb_solver_destroy(solver);
+    }
+    pnb_scene_destroy(scene);
+    pnb_context_destroy(context);
+}
+
 /* 600 sheets, half of them in one place: the count wraps nowhere near. */
 static void test_deep_stack(void **state)
 {
@@ -349,10 +388,11 @@ static void test_frames(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_clusters),   cmocka_unit_test(test_same_bits),
-        cmocka_unit_test(test_resolve),    cmocka_unit_test(test_twin),
-        cmocka_unit_test(test_update),     cmocka_unit_test(test_half_plane),
-        cmocka_unit_test(test_deep_stack), cmocka_unit_test(test_frames),
+        cmocka_unit_test(test_clusters),       cmocka_unit_test(test_same_bits),
+        cmocka_unit_test(test_resolve),        cmocka_unit_test(test_twin),
+        cmocka_unit_test(test_update),         cmocka_unit_test(test_half_plane),
+        cmocka_unit_test(test_deep_stack),     cmocka_unit_test(test_frames),
+        cmocka_unit_test(test_behind_by_lift),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -111,14 +111,17 @@ static void add_point(const struct frame_job *frame, struct exact_work *work, si
         return;
     }
     const struct exact_light *light = frame->job.light;
-    vec3 lifted = v3_mad(p, n, frame->job.lift);
-    if (light->one_sided && (!(v3_dot(light->normal, v3_sub(p, light->center)) > 0) ||
-                             !(v3_dot(light->normal, v3_sub(lifted, light->center)) > 0))) {
+    struct exact_point point = {index, v3_mad(p, n, frame->job.lift), n};
+    if (light->one_sided && !(v3_dot(light->normal, v3_sub(p, light->center)) > 0)) {
         frame->job.visibility[index] = 0;
         work->stats.umbra++;
-        return;
+    } else if (light->one_sided && !(v3_dot(light->normal, v3_sub(point.p, light->center)) > 0)) {
+        /* Only the lift takes it behind the light: the receiver itself counts. A tile of its own,
+         * since that of its neighbours has to lie before the light. */
+        frame->job.kernel->tile(&frame->job, work, &point, 1);
+    } else {
+        points[(*count)++] = point;
     }
-    points[(*count)++] = (struct exact_point){index, lifted, n};
 }
 
 static const uint8_t morton_x[16] = {0, 1, 0, 1, 2, 3, 2, 3, 0, 1, 0, 1, 2, 3, 2, 3};

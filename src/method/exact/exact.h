@@ -141,7 +141,8 @@ struct exact_point;
 
 struct exact_kernel {
     const char *name;
-    /* Visibility of up to EXACT_TILE receivers, all on the light's lit side; reorders them. */
+    /* Visibility of up to EXACT_TILE receivers, all on the light's lit side (a single one may lie
+     * behind it by its lift); reorders them. */
     void (*tile)(const struct exact_job *job, struct exact_work *work, struct exact_point *points,
                  size_t count);
     /* The visible share of grid->total. */
