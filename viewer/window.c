@@ -19,6 +19,7 @@ struct view_window {
     GtkWidget *readout, *info, *stage, *progress, *stop;
     char *error, *dismissed, *notice;
     guint follow_timer, notice_timer;
+    bool said_stopped; /* what the notice says */
     gulong before_paint, after_paint;
     GdkFrameClock *clock;
     int64_t paint_us;
@@ -144,17 +145,23 @@ static gboolean notice_ended(gpointer data)
 {
     struct view_window *window = data;
     window->notice_timer = 0;
+    window->said_stopped = false;
     g_clear_pointer(&window->notice, g_free);
     show_readout(window, NULL);
     return G_SOURCE_REMOVE;
 }
 
-static void notify(struct view_window *window, char *text)
+static void forget_notice(struct view_window *window)
 {
-    g_free(window->notice);
-    window->notice = text;
     if (window->notice_timer)
         g_source_remove(window->notice_timer);
+    notice_ended(window);
+}
+
+static void notify(struct view_window *window, char *text)
+{
+    forget_notice(window);
+    window->notice = text;
     window->notice_timer = g_timeout_add_seconds(6, notice_ended, window);
     show_readout(window, NULL);
 }
@@ -186,8 +193,12 @@ bool view_window_busy(struct view_window *window)
 void view_window_rest(struct view_window *window, bool stopped)
 {
     view_window_progress(window, NULL, 0);
-    if (stopped)
+    if (stopped) {
         notify(window, g_strdup("Stopped. The next change starts again."));
+        window->said_stopped = true;
+    } else if (window->said_stopped) {
+        forget_notice(window);
+    }
     show_info(window);
 }
 
