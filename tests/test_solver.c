@@ -58,6 +58,14 @@ static void *spend(void *user, void *old, size_t size)
     return grown;
 }
 
+static bool has_param(const pnb_method_info *method, const char *key)
+{
+    for (size_t i = 0; i < method->param_count; i++)
+        if (strcmp(method->params[i].key, key) == 0)
+            return true;
+    return false;
+}
+
 /* One pass of everything that a solver does, with so many allocations. */
 static pnb_status run_poor(struct purse *purse, const char *method, pnb_light_type type, long limit,
                            char *said, size_t size)
@@ -73,7 +81,12 @@ static pnb_status run_poor(struct purse *purse, const char *method, pnb_light_ty
     pnb_surface_destroy(whole);
 
     static float visibility[WIDTH * HEIGHT], rgb[3 * WIDTH * HEIGHT];
-    pnb_solver_desc desc = {.method = method, .samples = pnb_method_find(method)->samples ? 5 : 0};
+    const pnb_method_info *info = pnb_method_find(method);
+    /* Small maps: as many allocations, less work. */
+    const pnb_solver_param small = {"size", "64"};
+    pnb_solver_desc desc = {.method = method, .samples = info->samples ? 5 : 0};
+    if (has_param(info, small.key))
+        desc.params = &small, desc.param_count = 1;
     purse->left = limit;
     pnb_status status = pnb_surface_create(context, scene, NULL, WIDTH, HEIGHT, &surface);
     assert_true((status == PNB_OK) == (surface != NULL));
