@@ -62,27 +62,34 @@ static inline bool better(const struct planar_point *p, const struct planar_impr
     return (saved > 0) | ((saved == 0) & shorter);
 }
 
-static void relink(struct planar_triangle *t, uint32_t half, uint32_t other)
-{
-    t[half / 3].near[half % 3] = other;
-    if (other != PLANAR_NONE)
-        t[other / 3].near[other % 3] = half;
-}
+/* The sides to look at again. Those after `reached` are still to come in the first round. */
+struct list {
+    uint32_t *stack;
+    uint8_t *queued;
+    size_t count;
+    uint32_t reached;
+};
 
-/* Puts a side on the list of those to look at, unless it is there. */
-static inline void push(struct planar_workspace *w, uint32_t half)
+/* half has come to lie beside other: told to other, and looked at again. Sides of faces are as many
+ * as diagonals, and none foretells the other: no branches here. */
+static inline size_t moved(struct planar_triangle *t, uint32_t *restrict stack,
+                           uint8_t *restrict queued, size_t count, uint32_t reached, uint32_t half,
+                           uint32_t other)
 {
-    uint32_t other = w->triangles[half / 3].near[half % 3];
-    uint32_t key = half < other ? half : other;
-    if (other == PLANAR_NONE || w->queued[key] || !ROOM(w, stack, 1))
-        return;
-    w->queued[key] = 1;
-    w->stack[w->stack_count++] = key;
+    bool inner = other != PLANAR_NONE;
+    uint32_t nowhere, key = half < other ? half : other, to = inner ? other : half;
+    bool again = inner & (key <= reached);
+    uint32_t *back = &t[to / 3].near[to % 3];
+    *(inner ? back : &nowhere) = half;
+    uint8_t old = queued[key];
+    queued[key] = old | again;
+    stack[count] = key;
+    return count + (again & !old);
 }
 
 /* Exchanges the diagonal that is side k of triangle i, if that is better and possible. */
-static inline bool exchange(struct planar_workspace *w, const struct planar_result *result,
-                            const struct planar_improve *how, uint32_t i, uint32_t k)
+static inline bool exchange(const struct planar_result *result, const struct planar_improve *how,
+                            struct list *list, uint32_t i, uint32_t k)
 {
     struct planar_triangle *t = result->triangles;
     const struct planar_point *p = result->points;
@@ -97,17 +104,24 @@ static inline bool exchange(struct planar_workspace *w, const struct planar_resu
         planar_orient(p[q.d], p[q.b], p[q.c]) <= 0)
         return false;
     uint32_t bc = t[i].near[k1], ca = t[i].near[k2], ad = t[j].near[m1], db = t[j].near[m2];
-    t[i] = (struct planar_triangle){{q.a, q.d, q.c}, {0, 0, 0}, t[i].level};
-    t[j] = (struct planar_triangle){{q.d, q.b, q.c}, {0, 0, 0}, t[j].level};
-    relink(t, 3 * i, ad);
-    relink(t, 3 * i + 1, 3 * j + 2);
-    relink(t, 3 * i + 2, ca);
-    relink(t, 3 * j, db);
-    relink(t, 3 * j + 1, bc);
-    push(w, 3 * i);
-    push(w, 3 * i + 2);
-    push(w, 3 * j);
-    push(w, 3 * j + 1);
+    size_t count = list->count;
+    uint32_t reached = list->reached;
+    uint32_t *restrict stack = list->stack;
+    uint8_t *restrict queued = list->queued;
+    t[i].v[0] = q.a;
+    t[i].v[1] = t[j].v[0] = q.d;
+    t[j].v[1] = q.b;
+    t[i].v[2] = t[j].v[2] = q.c;
+    t[i].near[0] = ad;
+    t[i].near[1] = 3 * j + 2;
+    t[i].near[2] = ca;
+    t[j].near[0] = db;
+    t[j].near[1] = bc;
+    t[j].near[2] = 3 * i + 1;
+    count = moved(t, stack, queued, count, reached, 3 * i, ad);
+    count = moved(t, stack, queued, count, reached, 3 * i + 2, ca);
+    count = moved(t, stack, queued, count, reached, 3 * j, db);
+    list->count = moved(t, stack, queued, count, reached, 3 * j + 1, bc);
     return true;
 }
 
@@ -117,12 +131,15 @@ size_t planar_improve(struct planar_workspace *w, const struct planar_result *re
     const struct planar_triangle *t = result->triangles;
     size_t halves = 3 * result->triangle_count, exchanged = 0;
     w->stack_count = w->queued_count = 0;
-    if (!ROOM(w, queued, halves) || !ROOM(w, stack, halves)) {
+    /* Two lists by turns. A diagonal is on a list once at most; one place more for what is not put
+     * there. */
+    if (!ROOM(w, queued, halves) || !ROOM(w, stack, 2 * halves + 2)) {
         w->no_memory = false; /* the triangles stay as they are */
         return 0;
     }
     if (halves > 0)
         memset(w->queued, 0, halves);
+    struct list list = {w->stack, w->queued, 0, 0};
     /* Once over all sides, then those around what was exchanged. */
     for (uint32_t i = 0; i < result->triangle_count; i++)
         for (uint32_t k = 0; k < 3; k++) {
@@ -132,15 +149,23 @@ size_t planar_improve(struct planar_workspace *w, const struct planar_result *re
             if (how->avoid && (t[i].level >= how->avoid_above || t[i].level <= how->avoid_below) &&
                 !how->avoid[t[i].v[k]] && !how->avoid[t[i].v[k == 2 ? 0 : k + 1]])
                 continue;
-            exchanged += exchange(w, result, how, i, k);
+            list.reached = 3 * i + k;
+            exchanged += exchange(result, how, &list, i, k);
         }
-    /* Both rules end; the bound is against surprises. */
+    list.reached = PLANAR_NONE;
+    /* Round by round: the last exchange's sides come up later, when what it wrote has arrived. Both
+     * rules end; the bound is against surprises. */
     size_t bound = 100 * halves + 10000;
-    while (w->stack_count > 0 && exchanged < bound) {
-        uint32_t half = w->stack[--w->stack_count];
-        w->queued[half] = 0;
-        exchanged += exchange(w, result, how, half / 3, half % 3);
+    for (uint32_t *other = w->stack + halves + 1; list.count > 0 && exchanged < bound;) {
+        uint32_t *now = list.stack;
+        size_t count = list.count;
+        list.stack = other;
+        list.count = 0;
+        other = now;
+        for (size_t i = 0; i < count; i++) {
+            list.queued[now[i]] = 0;
+            exchanged += exchange(result, how, &list, now[i] / 3, now[i] % 3);
+        }
     }
-    w->no_memory = false;
     return exchanged;
 }

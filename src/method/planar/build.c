@@ -557,12 +557,18 @@ pnb_status shadow_build(struct shadow_builder *b, struct shadow_plane *plane,
     b->times.careful += r.snapped;
     double filled = clock_ms();
     b->times.rings_ms += filled - started;
-    b->times.exchanges += planar_improve(b->workspace, &r,
-                                         &(struct planar_improve){.rule = settings->fill,
-                                                                  .values = b->value,
-                                                                  .avoid = mend ? b->leak : NULL,
-                                                                  .avoid_above = rings,
-                                                                  .avoid_below = 0});
+    /* A hard shadow is even: no points' values to join, and the shape of triangles matters to
+     * none but those who ask for Delaunay's. */
+    enum planar_rule rule =
+        rings == 1 && settings->fill == PLANAR_RULE_NEAREST ? PLANAR_RULE_SWEEP : settings->fill;
+    if (rule != PLANAR_RULE_SWEEP || mend)
+        b->times.exchanges +=
+            planar_improve(b->workspace, &r,
+                           &(struct planar_improve){.rule = rule,
+                                                    .values = b->value,
+                                                    .avoid = mend ? b->leak : NULL,
+                                                    .avoid_above = rings,
+                                                    .avoid_below = 0});
     status = copy_part(b, &r, &grid, rings, settings->mend, part);
     part->weight = cluster->weight;
     double valued = clock_ms();
