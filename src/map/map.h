@@ -132,6 +132,13 @@ static inline float map_spread(const struct map_set *set, float u)
     return u > 0 ? 2 - 1 / u : -2 - 1 / u;
 }
 
+/* A texel's width as an angle, rows and columns alike: at distance r it is r times as wide, and a
+ * depth is as uncertain as this share of itself. */
+static inline float map_texel(const struct map_set *set, const struct map *map)
+{
+    return fmaxf((float)set->phi_step, 1 / map->scale);
+}
+
 /* A receiver in the set's frame. */
 struct map_point {
     float a, r, q;

@@ -212,7 +212,7 @@ static double two_sided(double from_left, double from_right)
 static inline bool sample_seen(const struct map_set *set, const struct map *map,
                                const struct map_point *p, float bias)
 {
-    return map_seen(set, map, p, bias * fmaxf((float)set->phi_step, 1 / map->scale)) &&
+    return map_seen(set, map, p, bias * map_texel(set, map)) &&
            !(p->below_floor && map_beneath_floor(set, p, map->at));
 }
 

@@ -23,7 +23,11 @@ struct line_map {
     double maps, skins, texels, estimate;
 };
 
-#define LINE_MAP_SLACK      1.5f /* texels by which skins overlap what they border on */
+#define LINE_MAP_SLACK 1.5f /* texels by which skins overlap what they border on */
+/* Of spans, in texels; both paths use them. */
+#define LINE_MAP_LIFT                                                                              \
+    1.0f /* above a receiver's plane: less, and curved casters shadow themselves */
+#define LINE_MAP_BESIDE     4.0f /* nearer to the light than a receiver */
 #define LINE_MAP_AUTO_START 3    /* samples that samples=auto begins with */
 
 /* line_map.c, for both paths. */

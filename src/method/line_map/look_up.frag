@@ -1,5 +1,5 @@
 // The share of the light that a receiver sees, segment by segment, after the paper's shade(); as
-// light.c, which says why.
+// light.c, which says why. LIFT, BESIDE and PIECES_WIDE are opengl.c's.
 #include "gl/receiver.glsl"
 #include "method/line_map/frame.glsl"
 
@@ -9,7 +9,7 @@ uniform sampler2D places;        // a texel per sample: s, low, scale
 uniform sampler2D row_frame;
 uniform sampler2D sectors; // a texel per sector: low, 1 / step, first row, rows (0: nothing casts)
 uniform sampler2D floors;  // corners of the floors that the maps do not cover, 3 texels a triangle
-uniform sampler2D pieces;     // (a, r) to (a, r), 2048 a row
+uniform sampler2D pieces;     // (a, r) to (a, r), PIECES_WIDE a row
 uniform sampler2D piece_rows; // of map y and row x: the first of its pieces
 uniform bool spans;
 uniform int sample_count;
@@ -144,7 +144,6 @@ float one_sided(float skin, float height, float other_height)
 
 // The hidden parts of the light, disjoint, as spans.c finds them.
 const int INTERVALS = 16;
-const float LIFT = 1.0, BESIDE = 4.0; // texels
 int cover_count;
 vec2 covered[INTERVALS];
 
@@ -175,7 +174,7 @@ void find_cover()
         int first = int(texelFetch(piece_rows, ivec2(row, m), 0).x);
         int last = int(texelFetch(piece_rows, ivec2(row + 1, m), 0).x);
         for (int i = first; i < last; i++) {
-            vec4 piece = texelFetch(pieces, ivec2(i & 2047, i >> 11), 0);
+            vec4 piece = texelFetch(pieces, ivec2(i % PIECES_WIDE, i / PIECES_WIDE), 0);
             vec2 p0 = piece.xy, p1 = piece.zw;
             float h0 = dot(row_normal, p0) - plane_d - least;
             float h1 = dot(row_normal, p1) - plane_d - least;

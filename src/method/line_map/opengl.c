@@ -22,6 +22,16 @@
 
 #define SAMPLES_MOST 128 /* layers of an array texture: 256 at least everywhere */
 
+#define PIECES_WIDE 2048 /* texels a row of the pieces' texture */
+
+#define TEXT_OF(x) #x
+#define TEXT(x)    TEXT_OF(x)
+static const char look_up_defines[] = "#define LIFT " TEXT(
+    LINE_MAP_LIFT) "\n"
+                   "#define BESIDE " TEXT(LINE_MAP_BESIDE) "\n"
+                                                           "#define PIECES_WIDE " TEXT(
+                                                               PIECES_WIDE) "\n";
+
 struct line_map_opengl {
     struct line_map method; /* parameters, geometry */
     struct gl_program *map, *skin, *look_up;
@@ -117,6 +127,7 @@ static pnb_status make_programs(struct gl_device *device, struct line_map_opengl
                                    &(struct gl_program_desc){
                                        .vertex = "gl/cover.vert",
                                        .fragment = "method/line_map/look_up.frag",
+                                       .defines = look_up_defines,
                                    },
                                    &room->look_up);
     return status;
@@ -418,8 +429,6 @@ static pnb_status upload_jumps(struct work *w, const struct line_map_light *ligh
     memory_free(context, texels);
     return status;
 }
-
-#define PIECES_WIDE 2048 /* texels a row of their texture */
 
 /* Pieces of all maps, and where each row of each map begins. */
 static pnb_status upload_pieces(struct work *w, const struct line_map_light *light)

@@ -108,7 +108,7 @@ static float edge_place(const float *u, int c, bool near_left)
 void line_map_least_step(const struct line_map *method, const struct map_set *set,
                          const struct map *map, double *out_fixed, double *out_metres)
 {
-    float texels = (float)STEP_TEXELS * fmaxf((float)set->phi_step, 1 / map->scale);
+    float texels = (float)STEP_TEXELS * map_texel(set, map);
     *out_fixed = method->threshold > 0 ? 0 : (double)(texels / (1 + texels));
     *out_metres = method->threshold > 0 ? method->threshold : 0;
 }

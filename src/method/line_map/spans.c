@@ -20,8 +20,8 @@
  *
  * A run of texels between two discontinuities is one surface. It is cut (Douglas and Peucker; what
  * is straight in space is straight in (u, q)) until its pieces stay within CUT texels of depth.
- * Receivers lie on such surfaces themselves: nothing nearer to them than LIFT texels hides
- * anything.
+ * Receivers lie on such surfaces themselves: only what stands LINE_MAP_LIFT texels above their
+ * plane, and LINE_MAP_BESIDE nearer to the light, hides anything.
  *
  * What is hidden from all samples is not known. Cost: O(texels) to scan a map, some 30 to 100 ns a
  * receiver that asks. Memory: 16 bytes a piece, 20 a discontinuity.
@@ -30,13 +30,9 @@
 
 #include "method/line_map/line_map.h"
 
-/* Texels. */
-#define CUT    1.0f /* off the surface: coarser pieces shadow themselves, finer ones cost */
-#define LIFT   1.0f /* above a receiver's plane: less, and curved casters shadow themselves */
-#define BESIDE 4.0f /* nearer to the light than a receiver */
-
-#define DEPTH 24 /* of the recursion */
-#define GRAIN 16 /* rows scanned at a time */
+#define CUT   1.0f /* texels off the surface: coarser pieces shadow themselves, finer ones cost */
+#define DEPTH 24   /* of the recursion */
+#define GRAIN 16   /* rows scanned at a time */
 
 /* Some rows of one map. */
 struct scan {
@@ -171,7 +167,7 @@ static void scan_body(void *user, size_t begin, size_t end, int worker)
                                 .set = set,
                                 .map = map,
                                 .q = map->q + row * columns,
-                                .tolerance = CUT * fmaxf((float)set->phi_step, 1 / map->scale)};
+                                .tolerance = CUT * map_texel(set, map)};
                 for (int k = 0; k < set->open_floor_count && k < MAP_FLOORS_MOST; k++) {
                     const float *f = set->floors[k];
                     r.floors[k][0] = f[0];
@@ -295,8 +291,8 @@ void line_map_cover(const struct line_map_light *light, const struct map_point *
     out->count = 0;
     for (size_t m = 0; m < light->view_count; m++) {
         const struct line_map_view *view = &light->views[m];
-        float texel = fmaxf((float)set->phi_step, 1 / set->maps[m].scale);
-        float least = LIFT * texel * r_p, most = r_p * (1 - texel * BESIDE);
+        float texel = map_texel(set, &set->maps[m]);
+        float least = LINE_MAP_LIFT * texel * r_p, most = r_p * (1 - texel * LINE_MAP_BESIDE);
         for (uint32_t i = view->piece_start[p->row]; i < view->piece_start[p->row + 1]; i++) {
             const struct line_map_piece *piece = &view->pieces[i];
             float a0 = piece->from[0], r0 = piece->from[1], a1 = piece->to[0], r1 = piece->to[1];

@@ -86,7 +86,7 @@ static void sum_body(void *user, size_t begin, size_t end, int worker)
                 double t = set->length > 0 ? map->at / set->length : 0;
                 double height =
                     point.height_low + ((double)point.height_high - point.height_low) * t;
-                float bias = job->bias * fmaxf((float)set->phi_step, 1 / map->scale);
+                float bias = job->bias * map_texel(set, map);
                 seen += height > 0 && map_seen(set, map, &point, bias) &&
                         !(point.below_floor && map_beneath_floor(set, &point, map->at));
             }
