@@ -404,14 +404,111 @@ static void far_away_is_still_lit(void **state)
     pnb_surface_destroy(surface);
 }
 
+static bool cancelling;
+
+static bool may_cancel(void *user, const char *stage, double fraction)
+{
+    return !cancelling;
+}
+
+/* The updated surface shows what one made anew does, to the bit. */
+static void check_updated(pnb_surface *surface, const pnb_camera *camera, int width, int height)
+{
+    pnb_surface *fresh;
+    pnb_surface_view a, b;
+    pnb_receivers receivers;
+    size_t count = (size_t)width * (size_t)height;
+    assert_int_equal(pnb_surface_create(context, scene, camera, width, height, &fresh), PNB_OK);
+    assert_int_equal(pnb_surface_update(surface, camera, width, height), PNB_OK);
+    pnb_surface_get(fresh, &a);
+    pnb_surface_get(surface, &b);
+    assert_int_equal(b.width, width);
+    assert_int_equal(b.height, height);
+    assert_memory_equal(a.positions, b.positions, count * 12);
+    assert_memory_equal(a.normals, b.normals, count * 12);
+    assert_memory_equal(a.shading_normals, b.shading_normals, count * 12);
+    assert_memory_equal(a.depth, b.depth, count * 4);
+    assert_memory_equal(a.objects, b.objects, count * 4);
+    pnb_surface_receivers(surface, &receivers);
+    assert_int_equal(receivers.count, count);
+    pnb_camera expected;
+    pnb_scene_camera(scene, &expected);
+    assert_memory_equal(receivers.camera, camera ? camera : &expected, sizeof(expected));
+    pnb_surface_destroy(fresh);
+}
+
+/* Cameras, sizes, moved objects, other vertices, another object; two surfaces that share. */
+static void updated_is_created(void **state)
+{
+    pnb_scene_destroy(scene);
+    pnb_context_destroy(context);
+    const pnb_context_desc desc = {.progress = may_cancel};
+    assert_int_equal(pnb_context_create(&desc, &context), PNB_OK);
+    assert_int_equal(pnb_scene_create(context, &scene), PNB_OK);
+    add_soup();
+    const pnb_camera cameras[3] = {{{0, 1, 6}, {0, 0, 0}, {0, 1, 0}, 45},
+                                   {{5, 2, -3}, {0, 0.5, 0}, {0, 1, 0}, 60},
+                                   {{0.2, 0, 0.1}, {1, 1, 1}, {0, 0, 1}, 90}};
+    pnb_surface *one, *two;
+    assert_int_equal(pnb_surface_create(context, scene, &cameras[0], 40, 30, &one), PNB_OK);
+    assert_int_equal(pnb_surface_create(context, scene, NULL, 8, 8, &two), PNB_OK);
+    for (int i = 0; i < 3; i++) {
+        check_updated(one, &cameras[i], 40 - 13 * i, 30 + 50 * i);
+        check_updated(two, &cameras[2 - i], 64, 48);
+    }
+    check_updated(two, NULL, 1, 1);
+    for (int i = 0; i < 4; i++) {
+        pnb_object object;
+        pnb_scene_object(scene, (size_t)i, &object);
+        object.world_from_mesh[3] += 0.3;
+        assert_int_equal(pnb_scene_set_placement(scene, (size_t)i, object.world_from_mesh), PNB_OK);
+        check_updated(i % 2 ? one : two, &cameras[i % 3], 33, 21);
+    }
+    pnb_mesh_desc mesh;
+    pnb_scene_mesh(scene, 0, &mesh);
+    float *moved = malloc(mesh.vertex_count * 12);
+    for (size_t i = 0; i < 3 * mesh.vertex_count; i++)
+        moved[i] = 1.2f * mesh.positions[i];
+    assert_int_equal(pnb_scene_set_vertices(scene, 0, moved, NULL), PNB_OK);
+    free(moved);
+    check_updated(one, &cameras[1], 40, 30);
+    add_quad(0.3, NULL, 1, 0);
+    check_updated(two, &cameras[1], 40, 30);
+    /* The first one out does not take it from the other. */
+    pnb_surface_destroy(one);
+    check_updated(two, &cameras[0], 50, 20);
+
+    /* What is refused changes nothing; what is cancelled shows nothing, and can be done again. */
+    pnb_surface_view before, after;
+    const pnb_camera blind = {{0, 0, 0}, {0, 1, 0}, {0, 2, 0}, 45};
+    pnb_surface_get(two, &before);
+    assert_int_equal(pnb_surface_update(two, &blind, 5, 5), PNB_ERROR_SCENE);
+    assert_int_equal(pnb_surface_update(two, &cameras[0], 0, 5), PNB_ERROR_ARGUMENT);
+    pnb_surface_get(two, &after);
+    assert_memory_equal(&before, &after, sizeof(before));
+    cancelling = true;
+    assert_int_equal(pnb_surface_update(two, &cameras[0], 200, 150), PNB_ERROR_CANCELLED);
+    cancelling = false;
+    pnb_surface_get(two, &after);
+    assert_int_equal(after.width, 200);
+    for (int i = 0; i < 200 * 150; i++)
+        assert_true(after.objects[i] == PNB_NO_OBJECT && isnan(after.depth[i]));
+    check_updated(two, &cameras[0], 200, 150);
+    pnb_surface_destroy(two);
+}
+
 #define TEST(name) cmocka_unit_test_setup_teardown(name, set_up, tear_down)
 
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        TEST(surface_is_the_nearest_triangle),   TEST(shadow_rays_meet_casters_alone),
-        TEST(nothing_is_seen_in_an_empty_scene), TEST(shading_normals_lean),
-        TEST(pictures_follow_their_formula),     TEST(far_away_is_still_lit),
+        TEST(surface_is_the_nearest_triangle),
+        TEST(shadow_rays_meet_casters_alone),
+        TEST(nothing_is_seen_in_an_empty_scene),
+        TEST(shading_normals_lean),
+        TEST(pictures_follow_their_formula),
+        TEST(far_away_is_still_lit),
+        TEST(updated_is_created),
     };
     return cmocka_run_group_tests_name("trace", tests, NULL, NULL);
 }

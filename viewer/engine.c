@@ -443,12 +443,17 @@ static pnb_status need_surface(struct view_engine *engine, struct surface *slot,
         return PNB_OK;
     }
     int64_t started = g_get_monotonic_time();
-    drop_surface(slot);
-    pnb_status status =
-        pnb_surface_create(engine->context, engine->scene, camera, width, height, &slot->surface);
+    pnb_status status = PNB_OK;
+    if (!slot->surface)
+        status = pnb_surface_create(engine->context, engine->scene, camera, width, height,
+                                    &slot->surface);
+    else
+        status = pnb_surface_update(slot->surface, camera, width, height);
     engine->times.primary = milliseconds_since(started);
-    if (status != PNB_OK)
+    if (status != PNB_OK) {
+        slot->width = 0; /* it may show nothing */
         return status;
+    }
     slot->camera = *camera;
     slot->width = width;
     slot->height = height;

@@ -40,10 +40,20 @@ typedef struct pnb_surface_view {
 } pnb_surface_view;
 
 /* One primary ray per pixel through Embree, all threads. camera NULL: the scene's. Every object is
- * visible, whether it receives or not. */
+ * visible, whether it receives or not. The hierarchy over the scene is built for it, O(triangles),
+ * and dropped at the end. The scene must outlive the surface. */
 PNB_API pnb_status pnb_surface_create(pnb_context *context, pnb_scene *scene,
                                       const pnb_camera *camera, int width, int height,
                                       pnb_surface **out_surface);
+
+/* The same scene as it is now, from this camera and at this size: what create would give, to the
+ * bit. The hierarchy is kept, some 100 bytes a triangle, by all surfaces of the scene together,
+ * until the last that was updated is destroyed: the first update builds it, later ones cost
+ * O(pixels), whatever the camera and the size, until an object or a vertex changes. Arrays are
+ * reused: views taken before are void. Where camera, size or memory are refused the surface stays
+ * as it was; cancelled, it shows nothing. */
+PNB_API pnb_status pnb_surface_update(pnb_surface *surface, const pnb_camera *camera, int width,
+                                      int height);
 PNB_API void pnb_surface_destroy(pnb_surface *surface);
 PNB_API void pnb_surface_get(const pnb_surface *surface, pnb_surface_view *out_view);
 /* The pixels as receivers. */

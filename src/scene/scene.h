@@ -28,6 +28,7 @@ struct pnb_scene {
     double exposure; /* 0: automatic */
     /* Counts changes, so that who keeps something made from the scene can see that it is stale. */
     unsigned long geometry_version, placement_version;
+    struct trace *shared_trace; /* of those who keep one, who own it (trace/trace.h); or NULL */
 };
 
 /* One formatted line; never fails (a note that finds no memory is lost). */

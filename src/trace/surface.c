@@ -5,6 +5,10 @@
  * barycentrics where the ray is nearly in the plane), so that it lies on the plane to float
  * rounding at any distance from the eye.
  *
+ * pnb_surface_update() keeps the hierarchy, one for all surfaces of the scene that were updated,
+ * and builds it anew where objects or vertices have changed; pnb_surface_create() uses it if it is
+ * there and keeps none.
+ *
  * Memory: 44 bytes a pixel. Objects without triangles are skipped; a triangle of no area is never
  * hit.
  */
@@ -21,9 +25,11 @@ struct pnb_surface {
     pnb_scene *scene;
     pnb_camera camera;
     int width, height;
+    size_t capacity; /* pixels that the arrays hold */
     float *positions, *normals, *shading_normals, *depth;
     uint32_t *objects;
     double primary_ms;
+    struct trace *trace; /* kept by updates; NULL: none yet */
 };
 
 struct primary {
@@ -135,32 +141,78 @@ static void primary_body(void *user, size_t begin, size_t end, int worker)
         primary_tile(user, tile);
 }
 
-static pnb_status find_surface(struct pnb_surface *s)
+static pnb_status prepare(struct pnb_surface *s, struct primary *job)
 {
     const pnb_camera *camera = &s->camera;
-    struct primary job = {.surface = s, .eye = v3_load(camera->eye)};
-    job.forward = v3_normalize(v3_sub(v3_load(camera->target), job.eye));
-    vec3 right = v3_normalize(v3_cross(job.forward, v3_normalize(v3_load(camera->up))));
+    *job = (struct primary){.surface = s, .eye = v3_load(camera->eye)};
+    job->forward = v3_normalize(v3_sub(v3_load(camera->target), job->eye));
+    vec3 right = v3_normalize(v3_cross(job->forward, v3_normalize(v3_load(camera->up))));
     double half_y = tan(0.5 * camera->vertical_fov_degrees * M_PI / 180);
-    job.down = v3_scale(v3_cross(job.forward, right), half_y);
-    job.right = v3_scale(right, half_y * s->width / s->height);
-    job.tiles_x = (s->width + TILE - 1) / TILE;
-    if (!v3_finite(job.forward) || !(v3_length(right) > 0.5) || !v3_finite(right) ||
+    job->down = v3_scale(v3_cross(job->forward, right), half_y);
+    job->right = v3_scale(right, half_y * s->width / s->height);
+    job->tiles_x = (s->width + TILE - 1) / TILE;
+    if (!v3_finite(job->forward) || !(v3_length(right) > 0.5) || !v3_finite(right) ||
         !(camera->vertical_fov_degrees > 0 && camera->vertical_fov_degrees < 180))
         return status_fail(s->context, PNB_ERROR_SCENE, "camera",
                            "eye, target and up span no view");
+    return PNB_OK;
+}
 
-    struct trace *trace;
-    pnb_status status = trace_create(s->scene, false, &trace);
-    if (status != PNB_OK)
-        return status;
+static pnb_status find_surface(struct primary *job, const struct trace *trace)
+{
+    struct pnb_surface *s = job->surface;
     double started = clock_ms();
-    size_t tiles = (size_t)job.tiles_x * (size_t)((s->height + TILE - 1) / TILE);
-    job.trace = trace;
-    status = parallel_for_progress(s->context, "surface", 0, 1, tiles, 64, primary_body, &job);
+    size_t tiles = (size_t)job->tiles_x * (size_t)((s->height + TILE - 1) / TILE);
+    job->trace = trace;
+    pnb_status status =
+        parallel_for_progress(s->context, "surface", 0, 1, tiles, 64, primary_body, job);
     s->primary_ms = clock_ms() - started;
-    trace_destroy(trace);
     return status;
+}
+
+static pnb_status check_size(pnb_context *context, int width, int height)
+{
+    if (width < 1 || height < 1 || width > 65536 || height > 65536)
+        return status_fail(context, PNB_ERROR_ARGUMENT, "size",
+                           "%dx%d pixels; each side must lie between 1 and 65536", width, height);
+    return PNB_OK;
+}
+
+static void free_arrays(struct pnb_surface *s)
+{
+    memory_free(s->context, s->positions);
+    memory_free(s->context, s->normals);
+    memory_free(s->context, s->shading_normals);
+    memory_free(s->context, s->depth);
+    memory_free(s->context, s->objects);
+}
+
+/* Arrays for so many pixels; where they are large enough, and not four times too large, they stay.
+ * Without memory the surface is as it was. */
+static pnb_status make_room(struct pnb_surface *s, size_t count)
+{
+    pnb_context *context = s->context;
+    if (count <= s->capacity && s->capacity <= 4 * count)
+        return PNB_OK;
+    struct pnb_surface fresh = {.context = context};
+    fresh.positions = memory_alloc(context, count * 3, sizeof(float));
+    fresh.normals = memory_alloc(context, count * 3, sizeof(float));
+    fresh.shading_normals = memory_alloc(context, count * 3, sizeof(float));
+    fresh.depth = memory_alloc(context, count, sizeof(float));
+    fresh.objects = memory_alloc(context, count, sizeof(uint32_t));
+    if (!fresh.positions || !fresh.normals || !fresh.shading_normals || !fresh.depth ||
+        !fresh.objects) {
+        free_arrays(&fresh);
+        return status_no_memory(context, count * 44);
+    }
+    free_arrays(s);
+    s->positions = fresh.positions;
+    s->normals = fresh.normals;
+    s->shading_normals = fresh.shading_normals;
+    s->depth = fresh.depth;
+    s->objects = fresh.objects;
+    s->capacity = count;
+    return PNB_OK;
 }
 
 pnb_status pnb_surface_create(pnb_context *context, pnb_scene *scene, const pnb_camera *camera,
@@ -169,28 +221,27 @@ pnb_status pnb_surface_create(pnb_context *context, pnb_scene *scene, const pnb_
     *out_surface = NULL;
     if (!scene)
         return status_missing(context, "scene");
-    if (width < 1 || height < 1 || width > 65536 || height > 65536)
-        return status_fail(context, PNB_ERROR_ARGUMENT, "size",
-                           "%dx%d pixels; each side must lie between 1 and 65536", width, height);
+    pnb_status status = check_size(context, width, height);
+    if (status != PNB_OK)
+        return status;
     struct pnb_surface *s = memory_calloc(context, 1, sizeof(*s));
     if (!s)
         return status_no_memory(context, sizeof(*s));
-    size_t count = (size_t)width * (size_t)height;
     s->context = context;
     s->scene = scene;
     s->camera = camera ? *camera : scene->camera;
     s->width = width;
     s->height = height;
-    s->positions = memory_alloc(context, count * 3, sizeof(float));
-    s->normals = memory_alloc(context, count * 3, sizeof(float));
-    s->shading_normals = memory_alloc(context, count * 3, sizeof(float));
-    s->depth = memory_alloc(context, count, sizeof(float));
-    s->objects = memory_alloc(context, count, sizeof(uint32_t));
-    pnb_status status;
-    if (!s->positions || !s->normals || !s->shading_normals || !s->depth || !s->objects)
-        status = status_no_memory(context, count * 44);
-    else
-        status = find_surface(s);
+    struct primary job;
+    struct trace *shared = trace_shared(scene), *own = NULL;
+    status = make_room(s, (size_t)width * (size_t)height);
+    if (status == PNB_OK)
+        status = prepare(s, &job);
+    if (status == PNB_OK && !shared)
+        status = trace_create(scene, false, &own);
+    if (status == PNB_OK)
+        status = find_surface(&job, shared ? shared : own);
+    trace_destroy(own);
     if (status != PNB_OK) {
         pnb_surface_destroy(s);
         return status;
@@ -199,15 +250,53 @@ pnb_status pnb_surface_create(pnb_context *context, pnb_scene *scene, const pnb_
     return PNB_OK;
 }
 
+/* Shows nothing: no pixel has a surface. */
+static void clear_surface(struct pnb_surface *s)
+{
+    size_t count = (size_t)s->width * (size_t)s->height;
+    for (size_t i = 0; i < count; i++)
+        store_none(s, i);
+}
+
+pnb_status pnb_surface_update(pnb_surface *s, const pnb_camera *camera, int width, int height)
+{
+    pnb_status status = check_size(s->context, width, height);
+    if (status != PNB_OK)
+        return status;
+    /* What may fail for other reasons than memory comes first, with the surface as it was. */
+    struct pnb_surface wanted = *s;
+    struct primary job;
+    wanted.camera = camera ? *camera : s->scene->camera;
+    wanted.width = width;
+    wanted.height = height;
+    status = prepare(&wanted, &job);
+    if (status != PNB_OK)
+        return status;
+    if (!s->trace || !trace_current(s->trace)) {
+        trace_release(s->trace);
+        s->trace = NULL;
+        status = trace_share(s->scene, &s->trace);
+    }
+    if (status == PNB_OK)
+        status = make_room(s, (size_t)width * (size_t)height);
+    if (status != PNB_OK)
+        return status;
+    s->camera = wanted.camera;
+    s->width = width;
+    s->height = height;
+    job.surface = s;
+    status = find_surface(&job, s->trace);
+    if (status != PNB_OK)
+        clear_surface(s);
+    return status;
+}
+
 void pnb_surface_destroy(pnb_surface *surface)
 {
     if (!surface)
         return;
-    memory_free(surface->context, surface->positions);
-    memory_free(surface->context, surface->normals);
-    memory_free(surface->context, surface->shading_normals);
-    memory_free(surface->context, surface->depth);
-    memory_free(surface->context, surface->objects);
+    free_arrays(surface);
+    trace_release(surface->trace);
     memory_free(surface->context, surface);
 }
 

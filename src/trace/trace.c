@@ -32,6 +32,9 @@ struct trace {
     RTCScene scene;
     struct trace_mesh *meshes; /* one per object; NULL buffers: left out */
     size_t mesh_count;
+    pnb_scene *of; /* what it was built from, and the versions of that */
+    unsigned long geometry_version, placement_version;
+    int keepers; /* of a shared one */
 };
 
 static pnb_status embree_fail(pnb_context *context, RTCDevice device)
@@ -98,6 +101,9 @@ pnb_status trace_create(pnb_scene *scene, bool casters_only, struct trace **out_
         return status_no_memory(context, sizeof(*trace));
     trace->context = context;
     trace->mesh_count = scene->object_count;
+    trace->of = scene;
+    trace->geometry_version = scene->geometry_version;
+    trace->placement_version = scene->placement_version;
     trace->meshes = memory_calloc(context, scene->object_count, sizeof(*trace->meshes));
     pnb_status status = PNB_OK;
     if (!trace->meshes)
@@ -143,6 +149,42 @@ void trace_destroy(struct trace *trace)
         rtcReleaseDevice(trace->device);
     memory_free(trace->context, trace->meshes);
     memory_free(trace->context, trace);
+}
+
+bool trace_current(const struct trace *trace)
+{
+    return trace->geometry_version == trace->of->geometry_version &&
+           trace->placement_version == trace->of->placement_version;
+}
+
+struct trace *trace_shared(pnb_scene *scene)
+{
+    struct trace *trace = scene->shared_trace;
+    return trace && trace_current(trace) ? trace : NULL;
+}
+
+pnb_status trace_share(pnb_scene *scene, struct trace **out_trace)
+{
+    struct trace *trace = trace_shared(scene);
+    *out_trace = NULL;
+    if (!trace) {
+        pnb_status status = trace_create(scene, false, &trace);
+        if (status != PNB_OK)
+            return status;
+        scene->shared_trace = trace; /* a stale one stays its keepers' */
+    }
+    trace->keepers++;
+    *out_trace = trace;
+    return PNB_OK;
+}
+
+void trace_release(struct trace *trace)
+{
+    if (!trace || --trace->keepers > 0)
+        return;
+    if (trace->of->shared_trace == trace)
+        trace->of->shared_trace = NULL;
+    trace_destroy(trace);
 }
 
 void trace_rays_init(struct trace_rays *rays)
