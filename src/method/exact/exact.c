@@ -99,19 +99,26 @@ struct frame_job {
     const pnb_receivers *receivers;
     const uint32_t *order; /* of receivers that are no image, along a curve */
     size_t tiles_x;
+    size_t within[EXACT_TILE]; /* of an image's tile: where its receivers are, from the first */
 };
+
+static struct exact_point lifted_point(const struct frame_job *frame, size_t index)
+{
+    vec3 p = v3_loadf(frame->receivers->positions + 3 * index);
+    vec3 n = v3_loadf(frame->receivers->normals + 3 * index);
+    return (struct exact_point){index, v3_mad(p, n, frame->job.lift), n};
+}
 
 static void add_point(const struct frame_job *frame, struct exact_work *work, size_t index,
                       struct exact_point *points, size_t *count)
 {
     vec3 p = v3_loadf(frame->receivers->positions + 3 * index);
-    vec3 n = v3_loadf(frame->receivers->normals + 3 * index);
-    if (!v3_finite(p) || !v3_finite(n)) {
+    struct exact_point point = lifted_point(frame, index);
+    if (!v3_finite(p) || !v3_finite(point.n)) {
         frame->job.visibility[index] = NAN;
         return;
     }
     const struct exact_light *light = frame->job.light;
-    struct exact_point point = {index, v3_mad(p, n, frame->job.lift), n};
     if (light->one_sided && !(v3_dot(light->normal, v3_sub(p, light->center)) > 0)) {
         frame->job.visibility[index] = 0;
         work->stats.umbra++;
@@ -127,14 +134,90 @@ static void add_point(const struct frame_job *frame, struct exact_work *work, si
 static const uint8_t morton_x[16] = {0, 1, 0, 1, 2, 3, 2, 3, 0, 1, 0, 1, 2, 3, 2, 3};
 static const uint8_t morton_y[16] = {0, 0, 1, 1, 0, 0, 1, 1, 2, 2, 3, 3, 2, 2, 3, 3};
 
+/* A tile of an image is in the order of the Morton curve: runs of 4, 8, 16, 64 are blocks. */
+static inline size_t tile_x(unsigned i)
+{
+    return morton_x[i & 15] + 4u * morton_x[i >> 4];
+}
+static inline size_t tile_y(unsigned i)
+{
+    return morton_y[i & 15] + 4u * morton_y[i >> 4];
+}
+
 /* All look the same way, as on a plane. */
 static bool points_flat(const struct exact_point *points, size_t count)
 {
     vec3 up = points[0].n;
     for (size_t i = 1; i < count; i++)
-        if (!(v3_max_abs(v3_sub(points[i].n, up)) < 1e-6))
+        if (!(fabs(points[i].n.x - up.x) < 1e-6 && fabs(points[i].n.y - up.y) < 1e-6 &&
+              fabs(points[i].n.z - up.z) < 1e-6))
             return false;
     return v3_dot(up, up) > 0;
+}
+
+/* The bounds of the points as they are in the receivers. */
+static void bound_points(const pnb_receivers *receivers, const struct exact_point *points,
+                         size_t count, struct exact_box *box)
+{
+    for (int k = 0; k < 3; k++) {
+        box->low[k] = box->normal_low[k] = INFINITY;
+        box->high[k] = box->normal_high[k] = -INFINITY;
+    }
+    for (size_t i = 0; i < count; i++)
+        for (int k = 0; k < 3; k++) {
+            float p = receivers->positions[3 * points[i].index + (size_t)k];
+            float n = receivers->normals[3 * points[i].index + (size_t)k];
+            box->low[k] = p < box->low[k] ? p : box->low[k];
+            box->high[k] = p > box->high[k] ? p : box->high[k];
+            box->normal_low[k] = n < box->normal_low[k] ? n : box->normal_low[k];
+            box->normal_high[k] = n > box->normal_high[k] ? n : box->normal_high[k];
+        }
+}
+
+/* A whole tile of an image of which all receivers see all of the light. known: its occluders are
+ * noted, or they may be any. */
+static bool tile_lit(const struct frame_job *frame, struct exact_work *work, size_t first,
+                     bool *known)
+{
+    const pnb_receivers *receivers = frame->receivers;
+    size_t width = (size_t)receivers->width;
+    struct exact_box box;
+    *known = frame->job.kernel->bound(receivers->positions + 3 * first,
+                                      receivers->normals + 3 * first, 3 * width, &box);
+    if (!*known || !frame->job.kernel->survey(&frame->job, work, &box))
+        return false;
+    for (size_t y = 0; y < TILE_SIDE; y++)
+        for (size_t x = 0; x < TILE_SIDE; x++)
+            frame->job.visibility[first + y * width + x] = 1;
+    work->stats.lit += TILE_SIDE * TILE_SIDE;
+    work->stats.tiles++;
+    return true;
+}
+
+static void solve_points(const struct frame_job *frame, struct exact_work *work,
+                         struct exact_point *points, size_t count, const size_t *quarter,
+                         bool known)
+{
+    const struct exact_kernel *kernel = frame->job.kernel;
+    if (!known) {
+        struct exact_box box;
+        bound_points(frame->receivers, points, count, &box);
+        if (kernel->survey(&frame->job, work, &box)) {
+            for (size_t i = 0; i < count; i++)
+                frame->job.visibility[points[i].index] = 1;
+            work->stats.lit += count;
+            work->stats.tiles++;
+            return;
+        }
+    }
+    if (points_flat(points, count)) {
+        kernel->tile(&frame->job, work, points, count);
+        return;
+    }
+    /* Curved ones are close to their own surface's triangles: fewer at a time. */
+    for (int i = 0; i < 4; i++)
+        if (quarter[i + 1] > quarter[i])
+            kernel->tile(&frame->job, work, points + quarter[i], quarter[i + 1] - quarter[i]);
 }
 
 static void tile_body(void *user, size_t begin, size_t end, int worker)
@@ -145,34 +228,38 @@ static void tile_body(void *user, size_t begin, size_t end, int worker)
     size_t width = (size_t)receivers->width, height = (size_t)receivers->height;
     for (size_t tile = begin; tile < end; tile++) {
         struct exact_point points[EXACT_TILE];
-        size_t count = 0, quarter[5] = {0};
+        size_t count = 0, quarter[5] = {0}, x0 = 0, y0 = 0;
+        bool known = false;
+        work->surveyed = false;
+        if (!frame->order) {
+            x0 = tile % frame->tiles_x * TILE_SIDE, y0 = tile / frame->tiles_x * TILE_SIDE;
+            if (x0 + TILE_SIDE <= width && y0 + TILE_SIDE <= height &&
+                tile_lit(frame, work, y0 * width + x0, &known))
+                continue;
+        }
+        if (work->surveyed) {
+            /* All are numbers on the light's lit side. */
+            for (unsigned i = 0; i < EXACT_TILE; i++)
+                points[i] = lifted_point(frame, y0 * width + x0 + frame->within[i]);
+            for (size_t i = 0; i < 5; i++)
+                quarter[i] = i * (EXACT_TILE / 4);
+            solve_points(frame, work, points, EXACT_TILE, quarter, known);
+            continue;
+        }
         for (unsigned i = 0; i < EXACT_TILE; i++) {
             if (frame->order) {
                 if (tile * EXACT_TILE + i < receivers->count)
                     add_point(frame, work, frame->order[tile * EXACT_TILE + i], points, &count);
             } else {
-                /* In the order of the Morton curve: runs of 4, 8, 16, 64 are blocks. */
-                size_t x =
-                    tile % frame->tiles_x * TILE_SIDE + morton_x[i & 15] + 4 * morton_x[i >> 4];
-                size_t y =
-                    tile / frame->tiles_x * TILE_SIDE + morton_y[i & 15] + 4 * morton_y[i >> 4];
+                size_t x = x0 + tile_x(i), y = y0 + tile_y(i);
                 if (x < width && y < height)
                     add_point(frame, work, y * width + x, points, &count);
             }
             if (i % (EXACT_TILE / 4) == EXACT_TILE / 4 - 1)
                 quarter[i / (EXACT_TILE / 4) + 1] = count;
         }
-        if (count == 0)
-            continue;
-        if (points_flat(points, count)) {
-            frame->job.kernel->tile(&frame->job, work, points, count);
-            continue;
-        }
-        /* Curved ones are close to their own surface's triangles: fewer at a time. */
-        for (int i = 0; i < 4; i++)
-            if (quarter[i + 1] > quarter[i])
-                frame->job.kernel->tile(&frame->job, work, points + quarter[i],
-                                        quarter[i + 1] - quarter[i]);
+        if (count > 0)
+            solve_points(frame, work, points, count, quarter, known);
     }
 }
 
@@ -270,6 +357,8 @@ static pnb_status exact_visibility(pnb_solver *solver, const pnb_light *light,
     size_t tiles;
     if (receivers->width > 0 && receivers->height > 0) {
         frame.tiles_x = ((size_t)receivers->width + TILE_SIDE - 1) / TILE_SIDE;
+        for (unsigned i = 0; i < EXACT_TILE; i++)
+            frame.within[i] = tile_y(i) * (size_t)receivers->width + tile_x(i);
         tiles = frame.tiles_x * (((size_t)receivers->height + TILE_SIDE - 1) / TILE_SIDE);
     } else {
         status = order_points(context, receivers, &order);

@@ -139,8 +139,21 @@ struct exact_job;
 struct exact_work;
 struct exact_point;
 
+/* Bounds of receivers and of their normals. */
+struct exact_box {
+    float low[3], high[3], normal_low[3], normal_high[3];
+};
+
 struct exact_kernel {
     const char *name;
+    /* The bounds of 16 rows of 16 receivers, stride floats from row to row; false: one is no
+     * number. */
+    bool (*bound)(const float *positions, const float *normals, size_t stride,
+                  struct exact_box *box);
+    /* True: receivers in the box are all lit. Else notes for tile() which instances may hide the
+     * light from them. */
+    bool (*survey)(const struct exact_job *job, struct exact_work *work,
+                   const struct exact_box *box);
     /* Visibility of up to EXACT_TILE receivers, all on the light's lit side (a single one may lie
      * behind it by its lift); reorders them. */
     void (*tile)(const struct exact_job *job, struct exact_work *work, struct exact_point *points,
@@ -280,6 +293,9 @@ struct exact_work {
     struct exact_picks picks[2]; /* decided ones and open ones */
     int32_t *picks_memory;
     size_t picks_capacity;
+    bool surveyed;            /* the tile's occluders are among `nearby`; else they may be any */
+    uint32_t *nearby, *found; /* instances */
+    size_t nearby_count;
     struct exact_candidate *candidates; /* instances */
     struct exact_point scratch[EXACT_TILE];
     struct exact_stats stats;

@@ -27,7 +27,9 @@ bool exact_work_init(pnb_context *context, const struct exact_scene *scene, stru
     work->centers = memory_calloc(context, scene->clusters_max, sizeof(*work->centers));
     work->vertex_weight = memory_calloc(context, scene->vertices_max, sizeof(*work->vertex_weight));
     work->candidates = memory_alloc(context, scene->instance_count, sizeof(*work->candidates));
-    return work->state && work->cluster_state && work->kept && work->centers &&
+    work->nearby = memory_alloc(context, scene->instance_count, 2 * sizeof(*work->nearby));
+    work->found = work->nearby + scene->instance_count;
+    return work->nearby && work->state && work->cluster_state && work->kept && work->centers &&
            work->vertex_weight && work->candidates;
 }
 
@@ -73,6 +75,7 @@ void exact_work_finish(struct exact_work *work)
     memory_free(work->context, work->cells);
     memory_free(work->context, work->left);
     memory_free(work->context, work->candidates);
+    memory_free(work->context, work->nearby);
     memory_free(work->context, work->bits);
     memory_free(work->context, work->picks_memory);
 }
