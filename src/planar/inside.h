@@ -18,9 +18,9 @@ struct sweep_edge {
     uint32_t low, high, last;
     int32_t gap_x; /* where its trapezoid begins */
     /* Points already passed that lie within some grid units of the edge: how many (2: and more),
-     * and the first. An edge is not bent to the other side of them. */
+     * and the first one's number. An edge is not bent to the other side of them. */
     int32_t grazed;
-    struct planar_point graze;
+    uint32_t graze;
 };
 
 /* A point of a gap's chain. owner: what lies to the left of the link to the node above: a half-edge
@@ -30,7 +30,7 @@ struct chain_node {
 };
 
 struct crossing {
-    struct planar_point p;
+    int64_t key;    /* planar_key() of the point */
     uint32_t first; /* edges that start here */
     uint32_t ends;  /* an edge that ends here: a hint */
 };
@@ -71,6 +71,7 @@ struct planar_workspace {
 
     uint32_t free_node;
     int32_t min_level, max_level, base;
+    int32_t threshold; /* above 0: only edges where the winding number passes it are kept */
     bool triangulate, trapezoid;
     bool trouble;                    /* rounding contradicted itself: the careful way is needed */
     bool unclosed;                   /* the segments do not close ... */

@@ -49,6 +49,9 @@ struct planar_options {
     int32_t base; /* winding number far away; 0 unless a frame is swept along */
     bool triangulate, trapezoids;
     int32_t min_level, max_level; /* of the faces to be triangulated; 0, 0: 1 and above */
+    /* Above 0: of the edges only those where the winding number passes it are wanted (an outline);
+     * the result leaves out the others. Not with trapezoids. */
+    int32_t threshold;
 };
 
 /* What a sweep leaves. All arrays belong to the workspace and last until its next sweep. */
@@ -106,7 +109,8 @@ pnb_status planar_rings(struct planar_workspace *workspace, const struct planar_
 void planar_chains_finish(pnb_context *context, struct planar_chains *chains);
 
 /* The same regions with rings parted where they touch in a crossing (reconnect.c), as input of the
- * next sweep. share: of the shorter edge at a crossing, in (0, 1/2]. out_count: crossings parted. */
+ * next sweep. share: of the shorter edge at a crossing, in (0, 1/2]. out_count: crossings parted.
+ */
 pnb_status planar_reconnect(struct planar_workspace *workspace, const struct planar_result *result,
                             double share, struct planar_input *out, size_t *out_count);
 

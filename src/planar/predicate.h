@@ -25,15 +25,21 @@ static inline int64_t planar_orient(struct planar_point a, struct planar_point b
     return (int64_t)(b.x - a.x) * (c.y - a.y) - (int64_t)(b.y - a.y) * (c.x - a.x);
 }
 
-/* The order in which the sweep meets points: by x, then by y. */
+/* The order in which the sweep meets points, by x, then by y, as one number: comparing it takes no
+ * branch that could be foretold wrongly. */
+static inline int64_t planar_key(struct planar_point p)
+{
+    return (int64_t)p.x * ((int64_t)1 << 32) + p.y;
+}
+
 static inline bool planar_before(struct planar_point a, struct planar_point b)
 {
-    return a.x < b.x || (a.x == b.x && a.y < b.y);
+    return planar_key(a) < planar_key(b);
 }
 
 static inline bool planar_same(struct planar_point a, struct planar_point b)
 {
-    return a.x == b.x && a.y == b.y;
+    return ((a.x ^ b.x) | (a.y ^ b.y)) == 0;
 }
 
 /* d strictly inside the circle through a, b, c (counter-clockwise). */

@@ -23,12 +23,13 @@
  */
 #include "planar/inside.h"
 
-#include <math.h>
+#include <stdlib.h>
 #include <string.h>
 
 #define STARTERS_MAX   64
 #define BEND_DEPTH_MAX 40
 #define HINT_REACH     8
+#define TOLD_PLACES    48
 
 static inline int64_t side(const struct sweep_edge *e, struct planar_point p)
 {
@@ -40,35 +41,36 @@ static inline int32_t above(const struct sweep_edge *e)
     return e->below + e->delta;
 }
 
+static inline struct planar_point point_of(int64_t key)
+{
+    /* y is the low half, whose sign has been taken off the high one. */
+    int32_t y = (int32_t)(uint32_t)((uint64_t)key & 0xffffffffu);
+    return (struct planar_point){(int32_t)((key - y) / ((int64_t)1 << 32)), y};
+}
+
 static void heap_push(struct planar_workspace *w, struct crossing c)
 {
     if (!ROOM(w, heap, 1))
         return;
     size_t i = w->heap_count++;
-    while (i > 0 && planar_before(c.p, w->heap[(i - 1) / 2].p)) {
+    while (i > 0 && c.key < w->heap[(i - 1) / 2].key) {
         w->heap[i] = w->heap[(i - 1) / 2];
         i = (i - 1) / 2;
     }
     w->heap[i] = c;
 }
 
-static struct crossing heap_pop(struct planar_workspace *w)
+static inline struct crossing heap_pop(struct planar_workspace *w)
 {
-    struct crossing top = w->heap[0], c = w->heap[--w->heap_count];
+    struct crossing *heap = w->heap, top = heap[0], c = heap[--w->heap_count];
     size_t i = 0, n = w->heap_count;
-    for (;;) {
-        size_t child = 2 * i + 1;
-        if (child >= n)
+    for (size_t child; (child = 2 * i + 1) < n; i = child) {
+        child += (child + 1 < n) & (heap[child + 1 < n ? child + 1 : child].key < heap[child].key);
+        if (heap[child].key >= c.key)
             break;
-        if (child + 1 < n && planar_before(w->heap[child + 1].p, w->heap[child].p))
-            child++;
-        if (!planar_before(w->heap[child].p, c.p))
-            break;
-        w->heap[i] = w->heap[child];
-        i = child;
+        heap[i] = heap[child];
     }
-    if (n > 0)
-        w->heap[i] = c;
+    heap[i] = c;
     return top;
 }
 
@@ -85,6 +87,20 @@ static size_t find_near(const struct planar_workspace *w, uint32_t edge)
             return hint - d;
     }
     return n;
+}
+
+/* The first of the status that p does not lie above. */
+static inline size_t first_at_or_above(const struct planar_workspace *w, struct planar_point p)
+{
+    const uint32_t *status = w->status;
+    size_t a = 0, n = w->status_count;
+    while (n > 0) {
+        size_t half = n / 2;
+        bool over = side(&w->work[status[a + half]], p) > 0;
+        a = over ? a + half + 1 : a;
+        n = over ? n - half - 1 : half;
+    }
+    return a;
 }
 
 /* Those of the status that run through p: [*lo, *hi). */
@@ -110,15 +126,7 @@ static void find_range(struct planar_workspace *w, struct planar_point p, uint32
             first--;
         }
     } else {
-        size_t a = 0, b = n;
-        while (a < b) {
-            size_t m = (a + b) / 2;
-            if (side(&work[status[m]], p) > 0)
-                a = m + 1;
-            else
-                b = m;
-        }
-        first = last = a;
+        first = last = first_at_or_above(w, p);
     }
     while (last < n) {
         int64_t s = side(&work[status[last]], p);
@@ -145,44 +153,35 @@ static struct planar_point crossing_cell(const struct sweep_edge *f, const struc
     int64_t by = dfx * dgy - dfy * dgx;
     double t = (double)number / (double)by;
     double x = t * (double)dfx, y = t * (double)dfy;
-    double fx = floor(x), fy = floor(y);
-    *rest_x = x - fx;
-    *rest_y = y - fy;
+    /* Rounding down: what is above 0 is cut off. */
+    int64_t fx = (int64_t)(x + 0x1p31) - ((int64_t)1 << 31);
+    int64_t fy = (int64_t)(y + 0x1p31) - ((int64_t)1 << 31);
+    *rest_x = x - (double)fx;
+    *rest_y = y - (double)fy;
     return (struct planar_point){f->l.x + (int32_t)fx, f->l.y + (int32_t)fy};
 }
 
-/* f is below g where both are active: true unless their left ends say otherwise. */
-static bool ordered(const struct sweep_edge *f, const struct sweep_edge *g)
-{
-    if (planar_same(f->l, g->l))
-        return planar_orient(f->l, f->r, g->r) > 0;
-    if (planar_before(f->l, g->l))
-        return side(f, g->l) > 0;
-    return side(g, f->l) < 0;
-}
-
 /* Remembers of an edge of the status that the point at hand nearly touches it; s: side(e, p). */
-static inline void note_graze(struct sweep_edge *e, struct planar_point p, int64_t s)
+static inline void note_graze(struct sweep_edge *e, uint32_t id, int64_t s)
 {
-    int64_t dx = e->r.x - e->l.x, dy = e->r.y > e->l.y ? e->r.y - e->l.y : e->l.y - e->r.y;
-    int64_t near = 4 * (dx + dy); /* at least 4 grid units times the edge's length */
-    if (s > near || s < -near)
+    int64_t dx = e->r.x - e->l.x, dy = labs((long)e->r.y - e->l.y);
+    if (llabs(s) > 4 * (dx + dy)) /* at least 4 grid units times the edge's length */
         return;
     if (e->grazed == 0)
-        e->graze = p;
-    else if (e->grazed == 1 && planar_same(e->graze, p))
-        return;
-    e->grazed++;
+        e->graze = id;
+    e->grazed += e->grazed == 0 || e->graze != id;
 }
 
 /* May the edge be bent so that its left part ends at c? */
-static bool may_bend(const struct sweep_edge *e, struct planar_point c)
+static inline bool may_bend(const struct planar_workspace *w, const struct sweep_edge *e,
+                            struct planar_point c)
 {
     if (e->grazed == 0 || side(e, c) == 0)
         return true;
     if (e->grazed > 1)
         return false;
-    int64_t old = side(e, e->graze), new = planar_orient(e->l, c, e->graze);
+    struct planar_point graze = w->points[e->graze];
+    int64_t old = side(e, graze), new = planar_orient(e->l, c, graze);
     return (old > 0 && new > 0) || (old < 0 && new < 0);
 }
 
@@ -204,17 +203,32 @@ static uint32_t cut(struct planar_workspace *w, uint32_t id, struct planar_point
     return rest;
 }
 
-/* Can the status' edges i and i + 1 both be cut at c, all order kept? */
-static bool fits(const struct planar_workspace *w, size_t i, struct planar_point p,
-                 struct planar_point c)
+/* An edge, cut at c, and a neighbour: is the neighbour's left end, if the edge had begun before,
+ * still on the same side (above: 1, below: -1)? Both begin in one point: is the neighbour's right
+ * end? If the neighbour had begun before, the cut changes nothing. */
+static inline bool keeps_side(const struct sweep_edge *e, struct planar_point c,
+                              const struct sweep_edge *neighbour, int64_t way)
 {
-    struct sweep_edge f = w->work[w->status[i]], g = w->work[w->status[i + 1]];
-    if (!planar_before(p, c) || planar_before(f.r, c) || planar_before(g.r, c) ||
-        !may_bend(&f, c) || !may_bend(&g, c))
-        return false;
-    f.r = g.r = c;
-    return ordered(&f, &g) && (i == 0 || ordered(&w->work[w->status[i - 1]], &f)) &&
-           (i + 2 == w->status_count || ordered(&g, &w->work[w->status[i + 2]]));
+    bool same = planar_same(e->l, neighbour->l);
+    struct planar_point q = {same ? neighbour->r.x : neighbour->l.x,
+                             same ? neighbour->r.y : neighbour->l.y};
+    return planar_before(neighbour->l, e->l) | (way * planar_orient(e->l, c, q) > 0);
+}
+
+/* Can the status' edges i and i + 1 both be cut at c, all order kept? */
+static inline bool fits(const struct planar_workspace *w, size_t i, struct planar_point p,
+                        struct planar_point c)
+{
+    const struct sweep_edge *f = &w->work[w->status[i]], *g = &w->work[w->status[i + 1]];
+    bool apart = !planar_same(f->l, g->l);
+    bool fit = planar_before(p, c) & !planar_before(f->r, c) & !planar_before(g->r, c) & apart;
+    /* Which of the two began first does not matter: one of the two tests is idle. */
+    fit &= keeps_side(f, c, g, 1) & keeps_side(g, c, f, -1);
+    if (i > 0)
+        fit &= keeps_side(f, c, &w->work[w->status[i - 1]], -1);
+    if (i + 2 < w->status_count)
+        fit &= keeps_side(g, c, &w->work[w->status[i + 2]], 1);
+    return fit && may_bend(w, f, c) && may_bend(w, g, c);
 }
 
 /* Do the status' edges i and i + 1 cross to the right of p? Then cut them there: at the nearest
@@ -225,9 +239,13 @@ static inline void check_pair(struct planar_workspace *w, size_t i, struct plana
                               int depth)
 {
     const struct sweep_edge *f = &w->work[w->status[i]], *g = &w->work[w->status[i + 1]];
-    bool first = planar_before(g->r, f->r); /* g ends first */
-    int64_t s = first ? side(f, g->r) : -side(g, f->r);
-    if (s < 0)
+    /* Is the end that comes first on the wrong side of the other edge? Which one that is nobody can
+     * foretell: no branch for it. */
+    int64_t first = -(int64_t)planar_before(g->r, f->r); /* all ones: g's */
+    const struct sweep_edge *line = first ? f : g;
+    struct planar_point end = {first ? g->r.x : f->r.x, first ? g->r.y : f->r.y};
+    int64_t s = side(line, end);
+    if (((s ^ ~first) - ~first) < 0)
         cut_pair(w, i, p, depth);
 }
 
@@ -254,7 +272,7 @@ static void cut_pair(struct planar_workspace *w, size_t i, struct planar_point p
         w->work[a].next = b;
     if (w->no_memory)
         return;
-    heap_push(w, (struct crossing){c, first, fi});
+    heap_push(w, (struct crossing){planar_key(c), first, fi});
     if (w->no_memory)
         return;
     /* Both are bent a little: they may cross their other neighbours now. */
@@ -310,7 +328,7 @@ static size_t add_starter(struct planar_workspace *w, uint32_t *starters, size_t
                 e->l = o->r;
             }
             e->next = PLANAR_NONE;
-            heap_push(w, (struct crossing){e->l, id, PLANAR_NONE});
+            heap_push(w, (struct crossing){planar_key(e->l), id, PLANAR_NONE});
             return count;
         }
     }
@@ -320,17 +338,23 @@ static size_t add_starter(struct planar_workspace *w, uint32_t *starters, size_t
     return count + 1;
 }
 
-static void finish_edge(struct planar_workspace *w, uint32_t id, uint32_t point)
+static inline void finish_edge(struct planar_workspace *w, uint32_t id, uint32_t point)
 {
     struct sweep_edge *e = &w->work[id];
+    int32_t below = e->below, over = above(e), t = w->threshold;
     e->rid = point;
     e->next = (uint32_t)w->edges_count; /* from here on: its number in the result */
-    if (e->lid == point) {
-        w->trouble = true;
-        return;
-    }
-    if (ROOM(w, edges, 1))
-        w->edges[w->edges_count++] = (struct planar_edge){e->lid, point, e->below, above(e)};
+    w->trouble |= e->lid == point;
+    if ((t == 0 || (below < t) != (over < t)) && ROOM(w, edges, 1))
+        w->edges[w->edges_count++] = (struct planar_edge){e->lid, point, below, over};
+}
+
+/* After edges have come or gone below place `from` of the status: where the next ones are now. */
+static inline void tell_places(struct planar_workspace *w, size_t from)
+{
+    size_t end = from + TOLD_PLACES < w->status_count ? from + TOLD_PLACES : w->status_count;
+    for (size_t i = from; i < end; i++)
+        w->work[w->status[i]].hint = (uint32_t)i;
 }
 
 /* The usual point: where a chain merely bends, and no other edge passes. The new edge takes the old
@@ -368,9 +392,9 @@ static bool pass_on(struct planar_workspace *w, struct planar_point p, uint32_t 
     if (new->rid != PLANAR_NONE)
         w->incoming[new->rid] = first;
     if (lower)
-        note_graze(lower, p, over);
+        note_graze(lower, id, over);
     if (upper)
-        note_graze(upper, p, under);
+        note_graze(upper, id, under);
     if (lower)
         check_pair(w, at - 1, p, 0);
     if (upper && !w->trouble)
@@ -433,13 +457,113 @@ static bool swap(struct planar_workspace *w, struct planar_point p, uint32_t fir
     if (b->rid != PLANAR_NONE)
         w->incoming[b->rid] = second;
     if (lower)
-        note_graze(lower, p, over);
+        note_graze(lower, id, over);
     if (upper)
-        note_graze(upper, p, under);
+        note_graze(upper, id, under);
     if (lower)
         check_pair(w, at - 1, p, 0);
     if (upper && !w->trouble)
         check_pair(w, at + 1, p, 0);
+    return true;
+}
+
+/* The usual place where two edges start, between two others. False, and nothing done: it is another
+ * one. */
+static bool open_pair(struct planar_workspace *w, struct planar_point p, uint32_t id,
+                      uint32_t first)
+{
+    uint32_t second = w->work[first].next;
+    if (second == PLANAR_NONE || w->work[second].next != PLANAR_NONE)
+        return false;
+    int64_t turn = planar_orient(p, w->work[first].r, w->work[second].r);
+    if (turn == 0 || w->work[first].delta + w->work[second].delta != 0 ||
+        w->work[first].delta == 0 || !ROOM(w, status, 2))
+        return false;
+    uint32_t *status = w->status, low = turn > 0 ? first : second, high = turn > 0 ? second : first;
+    size_t at = first_at_or_above(w, p), n = w->status_count;
+    struct sweep_edge *f = &w->work[low], *g = &w->work[high];
+    struct sweep_edge *lower = at > 0 ? &w->work[status[at - 1]] : NULL;
+    struct sweep_edge *upper = at < n ? &w->work[status[at]] : NULL;
+    int64_t over = lower ? side(lower, p) : 1, under = upper ? side(upper, p) : -1;
+    if (under >= 0)
+        return false;
+    int32_t level = lower ? above(lower) : w->base;
+    f->below = level;
+    g->below = level + f->delta;
+    f->lid = g->lid = id;
+    f->hint = (uint32_t)at;
+    g->hint = (uint32_t)at + 1;
+    if (w->triangulate) {
+        if (lower && upper && filled(w, level))
+            fill_split(w, lower, g, id);
+        if (filled(w, g->below))
+            fill_start(w, f, id);
+        if (w->no_memory || w->trouble)
+            return true;
+    }
+    memmove(status + at + 2, status + at, (n - at) * sizeof(*status));
+    status[at] = low;
+    status[at + 1] = high;
+    w->status_count += 2;
+    tell_places(w, at + 2);
+    w->incoming[f->rid] = low;
+    w->incoming[g->rid] = high;
+    if (lower) {
+        note_graze(lower, id, over);
+        check_pair(w, at - 1, p, 0);
+    }
+    if (upper) {
+        note_graze(upper, id, under);
+        if (!w->trouble)
+            check_pair(w, at + 1, p, 0);
+    }
+    return true;
+}
+
+/* The usual place where two edges end, between two others. False, and nothing done: it is another
+ * one. */
+static bool close_pair(struct planar_workspace *w, struct planar_point p, uint32_t id,
+                       uint32_t ends)
+{
+    size_t at = find_near(w, ends), n = w->status_count;
+    uint32_t *status = w->status;
+    if (at == n)
+        return false;
+    at -= at > 0 && planar_same(w->work[status[at - 1]].r, p);
+    if (at + 1 >= n)
+        return false;
+    struct sweep_edge *f = &w->work[status[at]], *g = &w->work[status[at + 1]];
+    struct sweep_edge *lower = at > 0 ? &w->work[status[at - 1]] : NULL;
+    struct sweep_edge *upper = at + 2 < n ? &w->work[status[at + 2]] : NULL;
+    int64_t over = lower ? side(lower, p) : 1, under = upper ? side(upper, p) : -1;
+    if (!planar_same(f->r, p) || !planar_same(g->r, p) || f->delta + g->delta != 0 || over <= 0 ||
+        under >= 0)
+        return false;
+    if (w->triangulate) {
+        int32_t level = f->below;
+        if (lower && filled(w, level))
+            fill_attach_top(w, lower, id, level);
+        if (filled(w, above(f)))
+            fill_close(w, f, id, above(f));
+        if (upper && filled(w, level)) {
+            fill_attach_bottom(w, g, id, level);
+            if (lower)
+                fill_join(w, lower, g);
+        }
+        if (w->no_memory || w->trouble)
+            return true;
+    }
+    finish_edge(w, status[at], id);
+    finish_edge(w, status[at + 1], id);
+    memmove(status + at, status + at + 2, (n - at - 2) * sizeof(*status));
+    w->status_count -= 2;
+    tell_places(w, at);
+    if (lower)
+        note_graze(lower, id, over);
+    if (upper)
+        note_graze(upper, id, under);
+    if (lower && upper)
+        check_pair(w, at - 1, p, 0);
     return true;
 }
 
@@ -564,6 +688,7 @@ static void meet(struct planar_workspace *w, struct planar_point p, uint32_t id,
         size_t tail = w->status_count - hi;
         memmove(status + lo + count, status + hi, tail * sizeof(*status));
         w->status_count = lo + count + tail;
+        tell_places(w, lo + count);
     }
     for (size_t i = 0; i < count; i++) {
         struct sweep_edge *e = &w->work[starters[i]];
@@ -576,9 +701,9 @@ static void meet(struct planar_workspace *w, struct planar_point p, uint32_t id,
     memory_free(w->context, large);
 
     if (lo > 0)
-        note_graze(&w->work[w->status[lo - 1]], p, side(&w->work[w->status[lo - 1]], p));
+        note_graze(&w->work[w->status[lo - 1]], id, side(&w->work[w->status[lo - 1]], p));
     if (lo + count < w->status_count)
-        note_graze(&w->work[w->status[lo + count]], p, side(&w->work[w->status[lo + count]], p));
+        note_graze(&w->work[w->status[lo + count]], id, side(&w->work[w->status[lo + count]], p));
 
     /* New neighbours. */
     if (lo > 0 && lo < w->status_count)
@@ -622,20 +747,29 @@ static void sweep_once(struct planar_workspace *w, const struct planar_point *po
     }
     result->input_point_count = n;
     for (size_t i = 0; !w->no_memory && !w->trouble && !w->unclosed;) {
-        if (w->heap_count == 0 || (i < n && planar_before(w->points[i], w->heap[0].p))) {
+        if (w->heap_count == 0 || (i < n && planar_key(w->points[i]) < w->heap[0].key)) {
             if (i == n)
                 break;
-            uint32_t first = w->first[i], ends = w->incoming[i];
-            if (first == PLANAR_NONE || ends == PLANAR_NONE || w->trapezoid ||
-                !pass_on(w, w->points[i], (uint32_t)i, first, ends))
-                meet(w, w->points[i], (uint32_t)i, first, ends);
-            i++;
+            struct planar_point p = w->points[i];
+            uint32_t id = (uint32_t)i++, first = w->first[id], ends = w->incoming[id];
+            bool done = false;
+            if (w->trapezoid)
+                ;
+            else if (ends == PLANAR_NONE)
+                done = first != PLANAR_NONE && open_pair(w, p, id, first);
+            else if (first == PLANAR_NONE)
+                done = close_pair(w, p, id, ends);
+            else
+                done = pass_on(w, p, id, first, ends);
+            if (!done)
+                meet(w, p, id, first, ends);
             continue;
         }
         /* A crossing, maybe several at one point, maybe at a point of the input. */
         struct crossing c = heap_pop(w);
+        struct planar_point at = point_of(c.key);
         uint32_t id = PLANAR_NONE, list = c.first;
-        if (i < n && planar_same(w->points[i], c.p)) {
+        if (i < n && planar_same(w->points[i], at)) {
             id = (uint32_t)i;
             for (uint32_t e = w->first[i], next; e != PLANAR_NONE; e = next) {
                 next = w->work[e].next;
@@ -644,7 +778,7 @@ static void sweep_once(struct planar_workspace *w, const struct planar_point *po
             }
             i++;
         }
-        while (w->heap_count > 0 && planar_same(w->heap[0].p, c.p)) {
+        while (w->heap_count > 0 && w->heap[0].key == c.key) {
             struct crossing more = heap_pop(w);
             for (uint32_t e = more.first, next; e != PLANAR_NONE; e = next) {
                 next = w->work[e].next;
@@ -652,8 +786,8 @@ static void sweep_once(struct planar_workspace *w, const struct planar_point *po
                 list = e;
             }
         }
-        if (id != PLANAR_NONE || list == PLANAR_NONE || w->trapezoid || !swap(w, c.p, list, c.ends))
-            meet(w, c.p, id, list, c.ends);
+        if (id != PLANAR_NONE || list == PLANAR_NONE || w->trapezoid || !swap(w, at, list, c.ends))
+            meet(w, at, id, list, c.ends);
     }
     w->trouble |= w->status_count > 0 && !w->no_memory && !w->unclosed;
     for (size_t i = 0; i < w->trapezoids_count; i++) {
@@ -670,13 +804,23 @@ pnb_status planar_sweep(struct planar_workspace *w, const struct planar_point *p
     static const struct planar_options none;
     options = options ? options : &none;
     *out_result = (struct planar_result){0};
-    for (size_t i = 0; i < point_count; i++)
+    /* All at once, then one by one if something is wrong. */
+    uint32_t far = 0, highest = 0;
+    for (size_t i = 0; i < point_count; i++) {
+        uint32_t x = (uint32_t)points[i].x + PLANAR_LIMIT, y = (uint32_t)points[i].y + PLANAR_LIMIT;
+        far |= (x > 2u * PLANAR_LIMIT) | (y > 2u * PLANAR_LIMIT);
+    }
+    for (size_t i = 0; i < segment_count; i++) {
+        uint32_t a = segments[i].a, b = segments[i].b, ends = a > b ? a : b;
+        highest = ends > highest ? ends : highest;
+    }
+    for (size_t i = 0; i < point_count && far; i++)
         if (points[i].x > PLANAR_LIMIT || points[i].x < -PLANAR_LIMIT ||
             points[i].y > PLANAR_LIMIT || points[i].y < -PLANAR_LIMIT)
             return status_fail(w->context, PNB_ERROR_ARGUMENT, "planar sweep",
                                "point %zu at (%d, %d) lies outside the grid of +-%d", i,
                                points[i].x, points[i].y, PLANAR_LIMIT);
-    for (size_t i = 0; i < segment_count; i++)
+    for (size_t i = 0; i < segment_count && highest >= point_count; i++)
         if (segments[i].a >= point_count || segments[i].b >= point_count)
             return status_fail(
                 w->context, PNB_ERROR_ARGUMENT, "planar sweep", "segment %zu names point %u of %zu",
@@ -685,6 +829,7 @@ pnb_status planar_sweep(struct planar_workspace *w, const struct planar_point *p
     w->base = options->base;
     w->triangulate = options->triangulate;
     w->trapezoid = options->trapezoids;
+    w->threshold = options->trapezoids ? 0 : options->threshold;
     bool usual = options->min_level == 0 && options->max_level == 0 && options->base == 0;
     w->min_level = usual ? 1 : options->min_level;
     w->max_level = usual ? INT32_MAX : options->max_level;

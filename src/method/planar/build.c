@@ -453,10 +453,11 @@ static pnb_status add_outlines(struct shadow_builder *b, struct shadow_plane *pl
             status = add_box(b->context, in, BORDER, 1);
         else if (!status && one_sided && (lit.x != 0 || lit.y != 0 || lit.z > 0))
             status = add_dark_side(b->context, in, grid, samples[k], lit);
+        struct planar_options options = {.threshold = 1};
         struct planar_result r;
         if (!status)
             status = planar_sweep(b->workspace, in->points, in->point_count, in->segments,
-                                  in->segment_count, NULL, &r);
+                                  in->segment_count, &options, &r);
         if (!status) {
             b->times.careful += r.snapped;
             status = planar_outline(b->workspace, &r, 1, &b->levels);
