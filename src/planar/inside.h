@@ -17,8 +17,8 @@ struct sweep_edge {
      * last point up to the next edge's. */
     uint32_t low, high, last;
     int32_t gap_x; /* where its trapezoid begins */
-    /* Points already passed that lie within some grid units of the edge: how many (2: and more),
-     * and the first one's number. An edge is not bent to the other side of them. */
+    /* Points already passed that lie within some grid units of the edge: how many, and the first
+     * one's number. An edge is not bent to the other side of them. */
     int32_t grazed;
     uint32_t graze;
 };
@@ -69,6 +69,7 @@ struct planar_workspace {
     GROWING(uint8_t, queued);
     GROWING(uint32_t, slots); /* of planar_outline() */
 
+    size_t input_points, passed; /* points of the input come first; those that the sweep has met */
     uint32_t free_node;
     int32_t min_level, max_level, base;
     int32_t threshold; /* above 0: only edges where the winding number passes it are kept */

@@ -13,10 +13,11 @@
  *
  * Exact: one predicate (planar_orient) makes every decision. A point on an edge, coincident edges,
  * many edges through one point, vertical edges: all usual cases, not special ones. Not exact is
- * only the rounding of a crossing to the grid, which bends both edges by up to 1.5 grid units. Of
- * the four grid points around a crossing one is taken that leaves all order as it is: that of
- * neighbours, and that of points already passed that lie near an edge (`grazed`). If there is none
- * (`trouble`), the input is rounded by snap.c and swept again.
+ * only the rounding of a crossing to the grid, which bends both edges by up to 1.5 grid units (2.9
+ * where an edge's end takes the crossing). Of the four grid points around a crossing and the ends
+ * one is taken that leaves all order as it is: that of neighbours, and that of points already
+ * passed that lie near an edge (`grazed`). If there is none (`trouble`), the input is rounded by
+ * snap.c and swept again.
  *
  * Invariants: edges meet in end points only; below + delta = above; the winding numbers around a
  * point agree (else: the segments do not close).
@@ -172,17 +173,31 @@ static inline void note_graze(struct sweep_edge *e, uint32_t id, int64_t s)
     e->grazed += e->grazed == 0 || e->graze != id;
 }
 
-/* May the edge be bent so that its left part ends at c? */
+/* Would a bend at c put one of count points, all of them passed, on the other side of the edge? */
+static bool any_changes_side(const struct sweep_edge *e, struct planar_point c,
+                             const struct planar_point *points, size_t count)
+{
+    int64_t from = planar_key(e->l), to = planar_key(c);
+    bool changes = false;
+    for (size_t i = 0; i < count; i++) {
+        int64_t key = planar_key(points[i]), old = side(e, points[i]),
+                new = planar_orient(e->l, c, points[i]);
+        changes |= key > from && key < to && !((old > 0 && new > 0) || (old < 0 && new < 0));
+    }
+    return changes;
+}
+
+/* May the edge be bent so that its left part ends at c? Where one point is near all that is asked
+ * is its side; where there are several, rare, all that have been passed are gone through. */
 static inline bool may_bend(const struct planar_workspace *w, const struct sweep_edge *e,
                             struct planar_point c)
 {
     if (e->grazed == 0 || side(e, c) == 0)
         return true;
-    if (e->grazed > 1)
-        return false;
-    struct planar_point graze = w->points[e->graze];
-    int64_t old = side(e, graze), new = planar_orient(e->l, c, graze);
-    return (old > 0 && new > 0) || (old < 0 && new < 0);
+    if (e->grazed == 1)
+        return !any_changes_side(e, c, &w->points[e->graze], 1);
+    return !any_changes_side(e, c, w->points, w->passed) &&
+           !any_changes_side(e, c, w->points + w->input_points, w->points_count - w->input_points);
 }
 
 /* Cuts an edge of the status at p; the rest starts there later. Returns the rest or PLANAR_NONE. */
@@ -232,7 +247,8 @@ static inline bool fits(const struct planar_workspace *w, size_t i, struct plana
 }
 
 /* Do the status' edges i and i + 1 cross to the right of p? Then cut them there: at the nearest
- * grid point, or at another corner of the grid cell if that would put something out of order. */
+ * grid point, or at another corner of the grid cell or the end of one of them if that would put
+ * something out of order. */
 static void cut_pair(struct planar_workspace *w, size_t i, struct planar_point p, int depth);
 
 static inline void check_pair(struct planar_workspace *w, size_t i, struct planar_point p,
@@ -258,9 +274,13 @@ static void cut_pair(struct planar_workspace *w, size_t i, struct planar_point p
     bool found = false;
     int nearest = (rest_x >= 0.5) | (rest_y >= 0.5) << 1;
     for (int k = 0; k < 4 && !found; k++) {
-        int corner = nearest ^ (k == 1 ? 1 : k == 2 ? 2 : k == 3 ? 3 : 0);
+        int corner = nearest ^ k;
         c = (struct planar_point){cell.x + (corner & 1), cell.y + (corner >> 1)};
         found = fits(w, i, p, c);
+    }
+    for (int k = 0; k < 2 && !found; k++) {
+        c = k ? g->r : f->r;
+        found = abs(c.x - cell.x) <= 2 && abs(c.y - cell.y) <= 2 && fits(w, i, p, c);
     }
     if (!found || depth > BEND_DEPTH_MAX) {
         w->trouble = true;
@@ -721,6 +741,7 @@ static void sweep_once(struct planar_workspace *w, const struct planar_point *po
     w->status_count = w->heap_count = w->nodes_count = w->diagonals_count = 0;
     w->first_count = w->incoming_count = 0;
     w->free_node = PLANAR_NONE;
+    w->passed = 0;
     if (!sort_points(w, points, point_count))
         return;
     size_t n = w->points_count;
@@ -745,13 +766,14 @@ static void sweep_once(struct planar_workspace *w, const struct planar_point *po
                                 .hint = PLANAR_NONE};
         w->first[l] = (uint32_t)w->work_count++;
     }
-    result->input_point_count = n;
+    result->input_point_count = w->input_points = n;
     for (size_t i = 0; !w->no_memory && !w->trouble && !w->unclosed;) {
         if (w->heap_count == 0 || (i < n && planar_key(w->points[i]) < w->heap[0].key)) {
             if (i == n)
                 break;
             struct planar_point p = w->points[i];
             uint32_t id = (uint32_t)i++, first = w->first[id], ends = w->incoming[id];
+            w->passed = i;
             bool done = false;
             if (w->trapezoid)
                 ;
@@ -776,7 +798,7 @@ static void sweep_once(struct planar_workspace *w, const struct planar_point *po
                 w->work[e].next = list;
                 list = e;
             }
-            i++;
+            w->passed = ++i;
         }
         while (w->heap_count > 0 && w->heap[0].key == c.key) {
             struct crossing more = heap_pop(w);
