@@ -66,6 +66,8 @@ struct clusters {
     struct cluster_edge *edges;
     struct cluster_border *borders;
     struct cluster_node *nodes;
+    bool solid;   /* the surface of one solid that is all but convex; never of many triangles */
+    float dent;   /* a solid's: how deep dents are, as a share of its size */
     size_t bytes; /* of all of these */
 };
 
@@ -75,6 +77,9 @@ void clusters_destroy(pnb_context *context, struct clusters *clusters);
 
 /* Takes the mesh's new positions; false: vertices that were one have come apart, create anew. */
 bool clusters_refit(struct clusters *clusters, const struct mesh *mesh);
+
+/* What clusters->solid and dent say. */
+bool clusters_solid(const struct clusters *clusters, float *dent);
 
 /* For tests: NULL, or what is wrong. */
 const char *clusters_validate(const struct clusters *clusters);

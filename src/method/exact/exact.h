@@ -38,6 +38,10 @@ struct exact_light {
     bool sun, one_sided; /* one_sided: shines to the side of normal */
     vec3 center, u, v, normal;
     struct exact_grid grid;
+    /* Areas of the light are known in closed form, over its own coordinates 0 <= u, v <= 1, of a
+     * place x, y on the grid: u = x to_u, v = x v_x + y v_y + v_0. */
+    bool closed;
+    float to_u, v_x, v_y, v_0;
     int samples; /* of the pattern: the next one of some fixed numbers */
 };
 
@@ -246,6 +250,7 @@ struct exact_job {
     const struct exact_kernel *kernel;
     double lift;
     bool area;           /* move borders between samples to their place */
+    bool closed;         /* areas in closed form where they are known */
     bool triangles_only; /* every triangle by itself: the slow path everywhere */
     float *visibility;
 };
@@ -261,6 +266,13 @@ struct exact_candidate {
     uint32_t instance;
 };
 
+/* The edges of a convex solid that all lies between a tile's receivers and the light: one outline
+ * for each of them. */
+struct exact_solid {
+    size_t fixed, fixed_end, open, open_end; /* of the solids' edges: multiples of EXACT_LANES */
+    float low[3], high[3];                   /* bounds in the tile's frame */
+};
+
 /* How all of a tile's receivers see a triangle; MIXED: of clusters. */
 enum { DROPPED = 0, FRONT, BACK, OPEN, MIXED };
 
@@ -273,7 +285,10 @@ struct exact_work {
     uint8_t edge_class[32]; /* by two states and whether their turns differ; see exact_work.c */
     uint32_t *list[2];      /* edges that count: fixed, open */
     size_t list_count[2], list_capacity[2];
-    struct exact_edges edges;
+    struct exact_edges edges, solid_edges;
+    struct exact_edges *into; /* the one of them that is gathered */
+    struct exact_solid *solids;
+    size_t solid_count, solid_capacity;
     bool collapse;          /* edges left of the light to their ends */
     int16_t *vertex_weight; /* zero but for the vertices in ends */
     uint32_t *ends;
@@ -289,7 +304,7 @@ struct exact_work {
     uint32_t touched;
     /* Samples as bits; see exact_block.inc. Aligned parts of one block of memory. */
     void *bits;
-    int32_t *hidden, *near, *far, *spare, *steps;
+    int32_t *hidden, *near, *far, *spare, *steps, *turns;
     struct exact_picks picks[2]; /* decided ones and open ones */
     int32_t *picks_memory;
     size_t picks_capacity;

@@ -268,6 +268,12 @@ pnb_status exact_light_init(pnb_context *context, const pnb_light *light, int sa
         out->v = v3_scale(out->v, 1 + pattern.shear);
     }
     pnb_status status = grid_init(context, &pattern, &shape, area, &out->grid);
+    /* r = (y + shift) / rows, s = x / bins; v = (1 + T) r + T (s - 1). */
+    out->closed = light->type == PNB_LIGHT_RECTANGLE;
+    out->to_u = (float)(1.0 / pattern.bins);
+    out->v_x = (float)(pattern.shear / pattern.bins);
+    out->v_y = (float)((1 + pattern.shear) / pattern.rows);
+    out->v_0 = (float)((1 + pattern.shear) * pattern.shift / pattern.rows - pattern.shear);
     memory_free(context, vertices);
     if (status == PNB_OK && !(out->grid.total > 0))
         status = status_fail(context, PNB_ERROR_SCENE, "light",

@@ -18,6 +18,7 @@ bool exact_work_init(pnb_context *context, const struct exact_scene *scene, stru
 {
     memset(work, 0, sizeof(*work));
     work->context = context;
+    work->into = &work->edges;
     for (int i = 0; i < 32; i++)
         work->edge_class[i] = edge_class(i & 3, i >> 2 & 3, !(i >> 4));
     size_t slots = (scene->slots_max + CLUSTER_SIZE - 1) / CLUSTER_SIZE * CLUSTER_SIZE;
@@ -42,13 +43,14 @@ bool exact_work_prepare(struct exact_work *work, const struct exact_grid *grid)
     memory_free(work->context, work->bits);
     size_t rows = (size_t)(grid->rows * grid->words);
     size_t size =
-        rows * (EXACT_TILE + 16 * EXACT_LANES) + (size_t)(2 * grid->rows + 1) * EXACT_LANES;
+        rows * (EXACT_TILE + 18 * EXACT_LANES) + (size_t)(2 * grid->rows + 1) * EXACT_LANES;
     work->bits = memory_calloc(work->context, size + 16, sizeof(int32_t));
     work->hidden = (int32_t *)(((uintptr_t)work->bits + 63) & ~(uintptr_t)63);
     work->near = work->hidden + rows * EXACT_TILE;
     work->far = work->near + rows * 4 * EXACT_LANES;
     work->spare = work->far + rows * 12 * EXACT_LANES;
-    work->steps = work->spare + (size_t)grid->rows * EXACT_LANES;
+    work->turns = work->spare + (size_t)grid->rows * EXACT_LANES;
+    work->steps = work->turns + 2 * rows * EXACT_LANES;
     memset(&work->stats, 0, sizeof(work->stats));
     work->no_memory = false;
     return work->cells && work->left && work->bits;
@@ -69,6 +71,9 @@ void exact_work_finish(struct exact_work *work)
     memory_free(work->context, work->list[1]);
     memory_free(work->context, work->edges.fixed);
     memory_free(work->context, work->edges.open);
+    memory_free(work->context, work->solid_edges.fixed);
+    memory_free(work->context, work->solid_edges.open);
+    memory_free(work->context, work->solids);
     memory_free(work->context, work->loose);
     memory_free(work->context, work->loose_frame);
     memory_free(work->context, work->near_frame);
