@@ -146,6 +146,8 @@ size_t planar_improve(struct planar_workspace *w, const struct planar_result *re
             uint32_t other = t[i].near[k];
             if (other <= 3 * i + k || other == PLANAR_NONE)
                 continue;
+            if (how->even_from > 0 && t[i].level >= how->even_from)
+                continue;
             if (how->avoid && (t[i].level >= how->avoid_above || t[i].level <= how->avoid_below) &&
                 !how->avoid[t[i].v[k]] && !how->avoid[t[i].v[k == 2 ? 0 : k + 1]])
                 continue;

@@ -39,6 +39,15 @@ struct diagonal {
     uint32_t half[2];
 };
 
+/* A face's rim, or a hole's; see strips.c. */
+struct planar_loop {
+    uint32_t first, count; /* in the walk */
+    int32_t level;
+    uint32_t turns;  /* from one ring to the other */
+    bool hole, left; /* left: neither strip nor ears */
+    struct planar_point lo, hi;
+};
+
 #define GROWING(type, name)                                                                        \
     type *name;                                                                                    \
     size_t name##_count, name##_capacity
@@ -67,7 +76,19 @@ struct planar_workspace {
     GROWING(struct sort_item, spare);
     GROWING(uint32_t, stack); /* of planar_improve() */
     GROWING(uint8_t, queued);
-    GROWING(uint32_t, slots); /* of planar_outline() */
+    GROWING(uint32_t, slots); /* of planar_outline(); scratch */
+
+    /* Of planar_strips(). */
+    GROWING(uint32_t, next); /* half-edge -> the one that follows around the face on its left */
+    GROWING(uint32_t, leaving);
+    GROWING(uint32_t, leaving_next);
+    GROWING(uint32_t, walk);
+    GROWING(struct planar_loop, loops);
+    GROWING(uint32_t, holes);
+    GROWING(struct planar_point, given_points); /* of the spare one: what is swept again */
+    GROWING(struct planar_segment, given_segments);
+    GROWING(uint32_t, given_ids);
+    GROWING(float, values);
 
     size_t input_points, passed; /* points of the input come first; those that the sweep has met */
     uint32_t free_node;

@@ -7,6 +7,7 @@
  *        -> planar_outline()  the edges where the winding number passes a threshold, as input again
  *        -> planar_rings()    the same as closed chains
  *        -> planar_improve()  better-shaped triangles, by exchange of diagonals
+ *        -> planar_strips()   or strips from ring to ring at once, without the sweep's triangles
  *
  * A segment of weight w raises the winding number by w on its right (the paper: the shadow lies on
  * the right of a silhouette edge). Weights may be any integer; at every point those that arrive and
@@ -128,9 +129,25 @@ struct planar_improve {
     const float *values;
     const uint8_t *avoid;
     int32_t avoid_above, avoid_below;
+    int32_t even_from; /* above 0: faces at this level and above stay as they are */
 };
 size_t planar_improve(struct planar_workspace *workspace, const struct planar_result *result,
                       const struct planar_improve *how);
+
+/* The faces at level 1 and above of a result that was swept without triangles and trapezoids and
+ * with all edges, filled by the rule NEAREST: strips where two rings make one, else as
+ * planar_sweep() and planar_improve() do. Triangles know no neighbours. */
+struct planar_strips {
+    int32_t even_from;      /* faces at this level and above are filled anyhow */
+    const float *values;    /* as of planar_improve() */
+    const uint8_t *corners; /* per point: whether a triangle of level 0 is wanted between the two
+                             * edges of the outside that meet there (the paper's leaks), if nothing
+                             * is in the way; NULL: none */
+};
+/* false: it cannot be done here, for want of memory or because rounding is in the way: let the
+ * sweep fill. spare: another workspace. */
+bool planar_strips(struct planar_workspace *workspace, struct planar_workspace *spare,
+                   const struct planar_strips *how, struct planar_result *io_result);
 
 /* Tests: NULL, or what is wrong: edges that cross, winding numbers that disagree around a point,
  * triangles that are not counter-clockwise, neighbours that disagree, areas that do not add up.

@@ -25,9 +25,12 @@ void planar_workspace_destroy(struct planar_workspace *w)
 {
     if (!w)
         return;
-    void *blocks[] = {w->points, w->work,  w->edges,     w->triangles, w->trapezoids, w->status,
-                      w->heap,   w->nodes, w->diagonals, w->rank,      w->first,      w->incoming,
-                      w->sorted, w->spare, w->stack,     w->queued,    w->slots};
+    void *blocks[] = {w->points,         w->work,     w->edges,  w->triangles,    w->trapezoids,
+                      w->status,         w->heap,     w->nodes,  w->diagonals,    w->rank,
+                      w->first,          w->incoming, w->sorted, w->spare,        w->stack,
+                      w->queued,         w->slots,    w->next,   w->leaving,      w->leaving_next,
+                      w->walk,           w->loops,    w->holes,  w->given_points, w->given_ids,
+                      w->given_segments, w->values};
     for (size_t i = 0; i < sizeof(blocks) / sizeof(blocks[0]); i++)
         memory_free(w->context, blocks[i]);
     memory_free(w->context, w);

@@ -4,7 +4,8 @@
  *                 -> one outline per sample (winding number above 0)   planar_sweep, K times
  *                 -> all outlines at once: rings, faces by level,
  *                    triangles of the faces                            planar_sweep, once
- *                 -> exchange of diagonals                             planar_improve
+ *                 -> strips from ring to ring,                         planar_strips
+ *                    or the sweep's triangles and exchange of diagonals  planar_improve
  *                 -> values: (ring - 1) / (K - 1), mean at crossings; or exact visibility
  *
  * Ring i bounds the region that at least i outlines cover; a face of level i lies between ring i
@@ -35,7 +36,8 @@
 pnb_status shadow_builder_init(pnb_context *context, pnb_scene *scene, struct shadow_builder *b)
 {
     *b = (struct shadow_builder){.context = context, .scene = scene};
-    return planar_workspace_create(context, &b->workspace);
+    pnb_status status = planar_workspace_create(context, &b->workspace);
+    return status ? status : planar_workspace_create(context, &b->spare);
 }
 
 void shadow_builder_finish(struct shadow_builder *b)
@@ -49,6 +51,7 @@ void shadow_builder_finish(struct shadow_builder *b)
     planar_input_finish(b->context, &b->levels);
     planar_input_finish(b->context, &b->parted);
     planar_workspace_destroy(b->workspace);
+    planar_workspace_destroy(b->spare);
     void *blocks[] = {b->ring_lo, b->ring_hi, b->leak, b->jump, b->value, b->slot};
     for (size_t i = 0; i < sizeof(blocks) / sizeof(blocks[0]); i++)
         memory_free(b->context, blocks[i]);
@@ -295,19 +298,20 @@ static void ring_values(struct shadow_builder *b, const struct planar_result *r,
     }
 }
 
-static float corner_value(const struct shadow_builder *b, uint32_t v, int32_t level, int rings,
-                          enum shadow_mend mend)
+/* Values at a triangle's corners. */
+static inline void corner_values(const struct shadow_builder *b, int rings, enum shadow_mend mend,
+                                 struct shadow_triangle *t)
 {
-    float value = b->value[v];
-    if (rings == 1)
-        return level > 0 ? 1 : 0;
-    if (level >= rings && mend == SHADOW_MEND_EVEN)
-        return 1;
-    if (b->jump[v]) {
-        float lo = (float)(level - 1) / (float)(rings - 1), hi = (float)level / (float)(rings - 1);
-        value = value < lo ? lo : value > hi ? hi : value;
+    bool even = rings == 1 || (t->level >= rings && mend == SHADOW_MEND_EVEN);
+    for (int k = 0; k < 3; k++) {
+        float value = even ? t->level > 0 : b->value[t->v[k]];
+        if (!even && b->jump[t->v[k]]) {
+            float lo = (float)(t->level - 1) / (float)(rings - 1),
+                  hi = (float)t->level / (float)(rings - 1);
+            value = value < lo ? lo : value > hi ? hi : value;
+        }
+        t->value[k] = value < 0 ? 0 : value > 1 ? 1 : value;
     }
-    return value < 0 ? 0 : value > 1 ? 1 : value;
 }
 
 /* A place a little inside triangle t, near its corner k. */
@@ -411,10 +415,9 @@ static pnb_status copy_part(struct shadow_builder *b, const struct planar_result
             continue;
         struct shadow_triangle *out = &part->triangles[part->triangle_count++];
         out->level = t->level;
-        for (int k = 0; k < 3; k++) {
+        for (int k = 0; k < 3; k++)
             out->v[k] = t->v[k];
-            out->value[k] = corner_value(b, t->v[k], t->level, rings, mend);
-        }
+        corner_values(b, rings, mend, out);
     }
     for (size_t i = 0; i < r->edge_count; i++)
         if (r->edges[i].below > 0 || r->edges[i].above > 0)
@@ -532,37 +535,48 @@ pnb_status shadow_build(struct shadow_builder *b, struct shadow_plane *plane,
         status = part_rings(b, settings->reconnect);
     if (status)
         return status;
-    struct planar_options options = {.triangulate = true, .min_level = 1, .max_level = INT32_MAX};
     b->times.outline_edges += b->levels.segment_count;
-    bool mend = settings->mend != SHADOW_MEND_NOT && rings > 1;
-    if (settings->rings_only) {
-        options.triangulate = mend = false;
-    }
-    if (mend) {
-        /* With a frame around it the outside is a face of level 0. */
-        status = add_box(b->context, &b->levels, PLANAR_LIMIT, 1);
-        options.base = -1;
-        options.min_level = 0;
-    }
-    struct planar_result r = {0};
-    if (!status)
-        status = planar_sweep(b->workspace, b->levels.points, b->levels.point_count,
-                              b->levels.segments, b->levels.segment_count, &options, &r);
-    if (!status && !scratch_room(b, r.point_count))
-        status = status_no_memory(b->context, r.point_count * 18);
-    if (status)
-        return status;
-    ring_values(b, &r, rings);
-    b->times.ring_edges += r.edge_count;
-    b->times.crossings += r.crossing_count;
-    b->times.careful += r.snapped;
-    double filled = clock_ms();
-    b->times.rings_ms += filled - started;
+    bool mend = settings->mend != SHADOW_MEND_NOT && rings > 1 && !settings->rings_only;
     /* A hard shadow is even: no points' values to join, and the shape of triangles matters to
      * none but those who ask for Delaunay's. */
     enum planar_rule rule =
         rings == 1 && settings->fill == PLANAR_RULE_NEAREST ? PLANAR_RULE_SWEEP : settings->fill;
-    if (rule != PLANAR_RULE_SWEEP || mend)
+    bool strips =
+        rule == PLANAR_RULE_NEAREST && settings->mend == SHADOW_MEND_EVEN && !settings->rings_only;
+    struct planar_result r = {0};
+    double filled = 0;
+    for (bool again = true; again && !status;) {
+        struct planar_options options = {.triangulate = !settings->rings_only && !strips,
+                                         .min_level = 1,
+                                         .max_level = INT32_MAX};
+        if (mend && !strips) {
+            /* With a frame around it the outside is a face of level 0. */
+            status = add_box(b->context, &b->levels, PLANAR_LIMIT, 1);
+            options.base = -1;
+            options.min_level = 0;
+        }
+        if (!status)
+            status = planar_sweep(b->workspace, b->levels.points, b->levels.point_count,
+                                  b->levels.segments, b->levels.segment_count, &options, &r);
+        if (!status && !scratch_room(b, r.point_count))
+            status = status_no_memory(b->context, r.point_count * 18);
+        if (status)
+            return status;
+        ring_values(b, &r, rings);
+        b->times.ring_edges += r.edge_count;
+        b->times.crossings += r.crossing_count;
+        b->times.careful += r.snapped;
+        filled = clock_ms();
+        b->times.rings_ms += filled - started;
+        again = strips &&
+                !planar_strips(b->workspace, b->spare,
+                               &(struct planar_strips){
+                                   .even_from = rings, .values = b->value, .corners = b->leak},
+                               &r);
+        strips = strips && !again;
+        started = clock_ms();
+    }
+    if (!strips && (rule != PLANAR_RULE_SWEEP || mend))
         b->times.exchanges +=
             planar_improve(b->workspace, &r,
                            &(struct planar_improve){.rule = rule,

@@ -73,7 +73,7 @@ struct shadow_times {
 struct shadow_builder {
     pnb_context *context;
     pnb_scene *scene;
-    struct planar_workspace *workspace;
+    struct planar_workspace *workspace, *spare;
     struct silhouette_outline outlines[SILHOUETTE_SAMPLES_MAX];
     struct planar_input outline, levels, parted;
     struct planar_chains chains;
