@@ -270,11 +270,12 @@ struct wedge_twin_answer wedge_twin_at(const struct wedge_twin *twin, vec3 p_wor
                 sum.cells[r][c].x0 = sum.cells[r][c].y0 = 1;
                 sum.cells[r][c].x1 = sum.cells[r][c].y1 = 0;
             }
-        const struct wedge_item *item = twin->parts->items + part->first_group * WEDGE_GROUP;
-        for (size_t k = 0; k < part->edge_group_count * WEDGE_GROUP; k++)
-            add_edge_item(twin, item++, p, &sum);
-        for (size_t k = 0; k < part->face_group_count * WEDGE_GROUP; k++)
-            add_face_item(twin, item++, p, &sum);
+        const struct wedge_item *items = twin->parts->items;
+        for (size_t k = part->first_item; k < part->first_item + part->item_count; k++)
+            if (k < part->first_face_item)
+                add_edge_item(twin, &items[k], p, &sum);
+            else
+                add_face_item(twin, &items[k], p, &sum);
         double all = 0;
         for (int r = 0; r < twin->rows; r++)
             for (int c = 0; c < twin->columns; c++) {

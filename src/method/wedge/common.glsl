@@ -9,11 +9,11 @@
 // Of a receiver's height: what is nearer to its own level is cut off (the local near plane).
 #define NEAR (1.0 / 8192.0)
 
-// Beside the part of a group, and beside a group in a tile's list: it is of faces. In the list also:
-// the first one of its part there. No group is both of all ones.
-#define FACES 0x80000000u
-#define FIRST 0x40000000u
-#define NUMBER 0x3fffffffu
+// Of a group (struct wedge_group): x: the part of its first item, y: items with which the next part
+// begins, z: items that are faces, w: one of these.
+#define GROUP_EDGES 0u
+#define GROUP_FACES 1u
+#define GROUP_MIXED 2u
 
 ivec2 fold(int i)
 {
@@ -62,7 +62,7 @@ bool misses(vec3 low, vec3 high, vec3 p_low, vec3 p_high, bool strip)
 
 // True if every plane of a group (groups.frag) has all receivers on one side: none of its edges is a
 // silhouette. Faces of a closed part: on their front, where they do not close an outline either.
-bool faces_alike(vec4 low, vec4 high, vec4 least, vec4 most, vec3 p_low, vec3 p_high, bool faces)
+bool faces_alike(vec4 low, vec4 high, vec4 least, vec4 most, vec3 p_low, vec3 p_high, uint kind)
 {
     vec3 middle = 0.5 * (low.xyz + high.xyz);
     vec3 q_low = p_low - middle, q_high = p_high - middle;
@@ -71,5 +71,6 @@ bool faces_alike(vec4 low, vec4 high, vec4 least, vec4 most, vec3 p_low, vec3 p_
     float s_low = dot(min(min(a, b), min(c, d)), vec3(1.0)) + least.w;
     float s_high = dot(max(max(a, b), max(c, d)), vec3(1.0)) + most.w;
     float room = 1e-4 * (abs(s_low) + abs(s_high));
-    return faces ? low.w > 0.5 && s_low > room : s_low > room || s_high < -room;
+    bool alike = kind == GROUP_FACES ? low.w > 0.5 && s_low > room : s_low > room || s_high < -room;
+    return kind != GROUP_MIXED && alike;
 }

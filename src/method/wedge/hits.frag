@@ -3,7 +3,7 @@
 
 uniform sampler2D tile_low, tile_high, group_low, group_high, group_least,
     group_most;
-uniform highp usampler2D group_part, part_mask;
+uniform highp usampler2D group_info, part_mask;
 uniform int tile_columns, group_count;
 
 layout(location = 0) out uint out_bits;
@@ -18,16 +18,16 @@ void main()
     uint bits = 0u;
     for (int i = 0; i < count; i++) {
         ivec2 where = fold(first + i);
-        uint entry = texelFetch(group_part, where, 0).x;
-        int part = int(entry & NUMBER);
+        uvec4 info = texelFetch(group_info, where, 0);
+        int part = int(info.x);
         uint near = texelFetch(part_mask, ivec2(part >> 5, at.y), 0).x >> uint(part & 31);
         vec4 low = texelFetch(group_low, where, 0), high = texelFetch(group_high, where, 0);
-        bool hit = (near & 1u) != 0u && low.x <= high.x &&
+        bool hit = ((near & 1u) != 0u || info.w == GROUP_MIXED) && low.x <= high.x &&
                    !misses(low.xyz, high.xyz, p_low, p_high, true) &&
                    !faces_alike(low, high, texelFetch(group_least, where, 0),
-                                texelFetch(group_most, where, 0), p_low, p_high, entry >= FACES);
+                                texelFetch(group_most, where, 0), p_low, p_high, info.w);
         // Faces: only those that a receiver's level may cut.
-        hit = hit && (entry < FACES || high.z > p_low.z * (1.0 - 2.0 * NEAR));
+        hit = hit && (info.w != GROUP_FACES || high.z > p_low.z * (1.0 - 2.0 * NEAR));
         bits |= hit ? 1u << uint(i) : 0u;
     }
     out_bits = bits;

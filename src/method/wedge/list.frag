@@ -1,8 +1,8 @@
-// The groups that matter to a coarse tile, one after another, as their numbers and flags. x and y:
-// the place in the list, folded in rows of its tile.
+// The numbers of the groups that matter to a coarse tile, one after another. x and y: the place in
+// the list, folded in rows of its tile.
 #include "method/wedge/common.glsl"
 
-uniform highp usampler2D hits, prefix, group_part;
+uniform highp usampler2D hits, prefix;
 uniform int word_count, list_width, list_rows;
 
 layout(location = 0) out uint out_entry;
@@ -35,11 +35,6 @@ void main()
     int k = at.x + (at.y - tile * list_rows) * list_width;
     int count = int(texelFetch(prefix, ivec2(word_count, tile), 0).x);
     out_entry = 0u;
-    for (int once = 0; once < 1 && k < count; once++) {
-        int group = nth(k, tile), before = nth(max(k - 1, 0), tile);
-        uint entry = texelFetch(group_part, fold(group), 0).x;
-        uint last = texelFetch(group_part, fold(before), 0).x;
-        bool first = k == 0 || (entry & NUMBER) != (last & NUMBER);
-        out_entry = uint(group) | (entry & FACES) | (first ? FIRST : 0u);
-    }
+    for (int once = 0; once < 1 && k < count; once++)
+        out_entry = uint(nth(k, tile));
 }

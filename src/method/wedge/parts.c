@@ -6,7 +6,9 @@
  * penumbrae are blended and not added.
  *
  * Within a part, edges and faces are sorted along a Morton curve, so that the 32 items of a group
- * lie close together and can be rejected by one box. O(n log n) once per mesh; 80 bytes an item.
+ * lie close together and can be rejected by one box. Parts of few items (leaves, pickets) share
+ * groups, sorted along a curve themselves; a part never stands in two of these. O(n log n) once per
+ * mesh; 80 bytes an item.
  *
  * A part whose box reaches through the light's plane gets its faces as edge items besides: each is
  * the line along which the plane cuts it, so that the outline stays closed. Which parts these are
@@ -140,30 +142,64 @@ static struct wedge_item face_item(const struct gl_occluders *o, uint32_t f, boo
     return item;
 }
 
-/* Lays the parts' groups out, and fills them. */
-static pnb_status pack(struct wedge_parts *parts)
+/* Parts of so few items that one group holds them, even if the light's plane cuts them. */
+static bool is_small(const struct wedge_part *part)
 {
-    pnb_context *context = parts->context;
-    size_t groups = 0;
+    return part->edge_count + 2 * part->face_count <= WEDGE_GROUP;
+}
+
+static size_t round_up(size_t count)
+{
+    return (count + WEDGE_GROUP - 1) / WEDGE_GROUP * WEDGE_GROUP;
+}
+
+/* Where each part's items stand; returns how many there are, rounded up to whole groups. */
+static size_t lay_out(struct wedge_parts *parts)
+{
+    size_t at = 0;
     for (size_t i = 0; i < parts->part_count; i++) {
         struct wedge_part *part = &parts->parts[i];
         size_t edges = part->edge_count + (part->cut ? part->face_count : 0);
-        part->first_group = groups;
-        part->edge_group_count = (edges + WEDGE_GROUP - 1) / WEDGE_GROUP;
-        part->face_group_count = (part->face_count + WEDGE_GROUP - 1) / WEDGE_GROUP;
-        groups += part->edge_group_count + part->face_group_count;
+        bool small = is_small(part);
+        if (!small || at % WEDGE_GROUP + edges + part->face_count > WEDGE_GROUP)
+            at = round_up(at);
+        part->first_item = at;
+        part->first_face_item = at + (small ? edges : round_up(edges));
+        at = part->first_face_item + part->face_count;
+        if (!small)
+            at = round_up(at);
+        part->item_count = at - part->first_item;
     }
-    struct wedge_item *items = memory_calloc(context, groups * WEDGE_GROUP, sizeof(*items));
-    uint32_t *group = memory_alloc(context, groups, sizeof(*group));
-    if (!items || !group) {
-        memory_free(context, items);
-        memory_free(context, group);
-        return status_no_memory(context, groups * WEDGE_GROUP * sizeof(*items));
-    }
+    return round_up(at);
+}
+
+static void describe_groups(const struct wedge_parts *parts, struct wedge_group *groups)
+{
+    uint32_t last = MESH_NONE;
     for (size_t i = 0; i < parts->part_count; i++) {
         const struct wedge_part *part = &parts->parts[i];
-        struct wedge_item *e = items + part->first_group * WEDGE_GROUP;
-        struct wedge_item *f = e + part->edge_group_count * WEDGE_GROUP;
+        for (size_t k = part->first_item; k < part->first_item + part->item_count; k++) {
+            struct wedge_group *group = &groups[k / WEDGE_GROUP];
+            uint32_t bit = 1u << k % WEDGE_GROUP;
+            if (bit == 1) {
+                group->part = (uint32_t)i;
+                group->kind = is_small(part)               ? WEDGE_GROUP_MIXED
+                              : k >= part->first_face_item ? WEDGE_GROUP_FACES
+                                                           : WEDGE_GROUP_EDGES;
+            } else if (last != i) {
+                group->starts |= bit;
+            }
+            group->faces |= k >= part->first_face_item ? bit : 0;
+            last = (uint32_t)i;
+        }
+    }
+}
+
+static void fill(const struct wedge_parts *parts, struct wedge_item *items)
+{
+    for (size_t i = 0; i < parts->part_count; i++) {
+        const struct wedge_part *part = &parts->parts[i];
+        struct wedge_item *e = items + part->first_item, *f = items + part->first_face_item;
         for (size_t k = 0; k < part->edge_count; k++)
             *e++ = edge_item(parts->occluders, parts->edges[part->first_edge + k], part->closed);
         for (size_t k = 0; k < part->face_count; k++) {
@@ -173,27 +209,34 @@ static pnb_status pack(struct wedge_parts *parts)
                 e++->kind = WEDGE_ITEM_CUT;
             }
         }
-        size_t count = part->edge_group_count + part->face_group_count;
-        for (size_t k = 0; k < count; k++)
-            group[part->first_group + k] =
-                (uint32_t)i | (k >= part->edge_group_count ? WEDGE_FACES : 0);
     }
+}
+
+static pnb_status pack(struct wedge_parts *parts)
+{
+    pnb_context *context = parts->context;
+    size_t count = lay_out(parts);
+    struct wedge_item *items = memory_calloc(context, count, sizeof(*items));
+    struct wedge_group *groups = memory_calloc(context, count / WEDGE_GROUP, sizeof(*groups));
+    if (!items || !groups) {
+        memory_free(context, items);
+        memory_free(context, groups);
+        return status_no_memory(context, count * sizeof(*items));
+    }
+    describe_groups(parts, groups);
+    fill(parts, items);
     memory_free(context, parts->items);
     memory_free(context, parts->groups);
     parts->items = items;
-    parts->groups = group;
-    parts->group_count = groups;
+    parts->groups = groups;
+    parts->group_count = count / WEDGE_GROUP;
     return PNB_OK;
 }
 
-/* Boxes, then edges and faces sorted part by part. */
-static pnb_status gather(struct wedge_parts *parts, const uint32_t *part_of_vertex)
+/* Boxes and counts of the parts. */
+static void measure(struct wedge_parts *parts, const uint32_t *part_of_vertex)
 {
     const struct gl_occluders *o = parts->occluders;
-    size_t most = o->edge_count > o->triangle_count ? o->edge_count : o->triangle_count;
-    struct keyed *keyed = memory_alloc(parts->context, most, sizeof(*keyed));
-    if (!keyed)
-        return status_no_memory(parts->context, most * sizeof(*keyed));
     for (size_t i = 0; i < parts->part_count; i++)
         parts->parts[i] = (struct wedge_part){.closed = true,
                                               .low = v3(INFINITY, INFINITY, INFINITY),
@@ -209,10 +252,57 @@ static pnb_status gather(struct wedge_parts *parts, const uint32_t *part_of_vert
     }
     for (size_t e = 0; e < o->edge_count; e++) {
         const struct gl_edge *edge = &o->edges[e];
-        uint32_t p = part_of_vertex[edge->a];
-        struct wedge_part *part = &parts->parts[p];
+        struct wedge_part *part = &parts->parts[part_of_vertex[edge->a]];
         part->closed = part->closed && edge->second != MESH_NONE && !edge->same_way;
         part->edge_count++;
+    }
+}
+
+/* Numbers the parts anew: large ones first, then small ones along a curve. */
+static pnb_status order_parts(struct wedge_parts *parts, uint32_t *part_of_vertex)
+{
+    const struct gl_occluders *o = parts->occluders;
+    struct keyed *keyed = memory_alloc(parts->context, parts->part_count, sizeof(*keyed));
+    uint32_t *number = memory_alloc(parts->context, parts->part_count, sizeof(*number));
+    pnb_status status = keyed && number
+                            ? PNB_OK
+                            : status_no_memory(parts->context, parts->part_count * sizeof(*keyed));
+    for (size_t i = 0; i < parts->part_count && status == PNB_OK; i++) {
+        const struct wedge_part *part = &parts->parts[i];
+        vec3 middle = v3_scale(v3_add(part->low, part->high), 0.5);
+        uint64_t key = 1 + (uint64_t)morton(middle, o->scene_low, o->scene_high);
+        keyed[i] = (struct keyed){is_small(part) ? key : 0, (uint32_t)i};
+    }
+    if (status == PNB_OK) {
+        qsort(keyed, parts->part_count, sizeof(*keyed), by_key);
+        for (size_t i = 0; i < parts->part_count; i++)
+            number[keyed[i].index] = (uint32_t)i;
+        for (size_t i = 0; i < o->vertex_count; i++)
+            if (part_of_vertex[i] != MESH_NONE)
+                part_of_vertex[i] = number[part_of_vertex[i]];
+    }
+    memory_free(parts->context, keyed);
+    memory_free(parts->context, number);
+    return status;
+}
+
+/* Boxes, then edges and faces sorted part by part. */
+static pnb_status gather(struct wedge_parts *parts, uint32_t *part_of_vertex)
+{
+    const struct gl_occluders *o = parts->occluders;
+    measure(parts, part_of_vertex);
+    pnb_status status = order_parts(parts, part_of_vertex);
+    if (status != PNB_OK)
+        return status;
+    measure(parts, part_of_vertex);
+    size_t most = o->edge_count > o->triangle_count ? o->edge_count : o->triangle_count;
+    struct keyed *keyed = memory_alloc(parts->context, most, sizeof(*keyed));
+    if (!keyed)
+        return status_no_memory(parts->context, most * sizeof(*keyed));
+    for (size_t e = 0; e < o->edge_count; e++) {
+        const struct gl_edge *edge = &o->edges[e];
+        uint32_t p = part_of_vertex[edge->a];
+        const struct wedge_part *part = &parts->parts[p];
         vec3 middle = v3_scale(v3_add(vertex(o, edge->a), vertex(o, edge->b)), 0.5);
         keyed[e] =
             (struct keyed){(uint64_t)p << 32 | morton(middle, part->low, part->high), (uint32_t)e};

@@ -81,12 +81,14 @@ static pnb_status upload_groups(struct wedge_room *room)
 {
     const struct wedge_parts *parts = room->parts;
     int rows = fold_rows(parts->group_count);
-    uint32_t *texels = memory_calloc(parts->context, (size_t)rows * FOLD, sizeof(*texels));
+    struct wedge_group *texels =
+        memory_calloc(parts->context, (size_t)rows * FOLD, sizeof(*texels));
     if (!texels)
         return status_no_memory(parts->context, (size_t)rows * FOLD * sizeof(*texels));
     if (parts->group_count > 0)
         memcpy(texels, parts->groups, parts->group_count * sizeof(*texels));
-    pnb_status status = make_texture(room, GL_FORMAT_R32UI, FOLD, rows, texels, &room->group_part);
+    pnb_status status =
+        make_texture(room, GL_FORMAT_RGBA32UI, FOLD, rows, texels, &room->group_info);
     memory_free(parts->context, texels);
     return status == PNB_OK ? make_table(room, GL_FORMAT_RGBA32F, FOLD, rows, 4, &room->group_box)
                             : status;
@@ -219,7 +221,7 @@ void wedge_tables_bytes(const struct wedge_room *room, size_t *out_lists, size_t
                  table_bytes(&room->part_mask) + table_bytes(&room->hits) +
                  table_bytes(&room->prefix) + table_bytes(&room->list) + table_bytes(&room->mask);
     *out_items = table_bytes(&room->items) + table_bytes(&room->group_box) +
-                 texture_bytes(room->group_part) + texture_bytes(room->part_box[0]) +
+                 texture_bytes(room->group_info) + texture_bytes(room->part_box[0]) +
                  texture_bytes(room->part_box[1]);
     for (int k = 0; k < 5; k++)
         *out_items += texture_bytes(room->in[k]);
@@ -237,7 +239,7 @@ void wedge_tables_finish(struct wedge_room *room)
     }
     for (int k = 0; k < 5; k++)
         gl_texture_destroy(room->in[k]);
-    gl_texture_destroy(room->group_part);
+    gl_texture_destroy(room->group_info);
     for (int k = 0; k < 2; k++) {
         gl_texture_destroy(room->part_box[k]);
         if (room->parts)

@@ -17,12 +17,16 @@ struct wedge_programs {
         *wedge;
 };
 
+/* How a fragment finds silhouettes, each in fewer turns of a loop than the one before: an edge a
+ * turn, four a turn, those from the light's middle. */
+enum wedge_search { WEDGE_SEARCH_QUICK = 0, WEDGE_SEARCH_FOUR, WEDGE_SEARCH_CENTER };
+
 struct wedge_room {
     struct gl_device *device;
     struct wedge_parts *parts;
     struct wedge_programs programs;
     struct gl_texture *in[5];      /* items as given: a, b, c, first, second of struct wedge_item */
-    struct gl_texture *group_part; /* part of each group */
+    struct gl_texture *group_info; /* struct wedge_group of each group */
     struct gl_texture *part_box[2]; /* low, high; light space */
     float *box_texels[2];
     struct wedge_table items, group_box; /* light space */
@@ -35,6 +39,7 @@ struct wedge_room {
     int list_width, list_rows;               /* a coarse tile's list, folded */
     int mask_width;                          /* places of a list that have a mask */
     int width, height;                       /* of the frame that the tiles are for */
+    enum wedge_search search;                /* that the programs are made for */
 };
 
 /* The parts' items, and what depends on their number. */

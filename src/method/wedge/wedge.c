@@ -42,34 +42,27 @@ static bool blends(const pnb_solver *solver)
     return strcmp(solver->method->info.name, "wedge-blend") == 0;
 }
 
-/* Mesa's software rasteriser ends a fragment's loops after 65,535 turns. Trying the edges of so
- * many triangles for each point takes more; those that are silhouettes from one point do not. */
-#define SOFTWARE_TRIANGLES 80000
-
-static bool looks_from_center(pnb_solver *solver, const struct wedge_room *room)
+static void make(pnb_status *status, struct wedge_room *room, const char *fragment,
+                 const char *defines, struct gl_program **program)
 {
-    size_t triangles = room->parts->occluders->triangle_count;
-    if (is(solver, "silhouettes", "center"))
-        return true;
-    if (!gl_device_get_info(room->device)->software || triangles <= SOFTWARE_TRIANGLES)
-        return false;
-    solver_warn(solver,
-                "%zu triangles are too many for silhouettes=point on a software rasteriser: "
-                "silhouettes=center is taken",
-                triangles);
-    return true;
+    struct gl_program_desc desc = {
+        .vertex = "gl/cover.vert", .fragment = fragment, .defines = defines};
+    gl_program_destroy(*program);
+    *program = NULL;
+    if (*status == PNB_OK)
+        *status = gl_program_create(room->device, &desc, program);
 }
 
-static pnb_status make_programs(pnb_solver *solver, struct wedge_room *room)
+/* What depends on how silhouettes are found. */
+static pnb_status make_sums(pnb_solver *solver, struct wedge_room *room, enum wedge_search search)
 {
-    struct wedge_programs *p = &room->programs;
+    bool center = search == WEDGE_SEARCH_CENTER;
     char setup[32], wedge[160];
     int cells = blends(solver) ? atoi(solver_param(solver, "parts")) : 1;
-    bool center = looks_from_center(solver, room);
     snprintf(setup, sizeof(setup), "#define CENTER %d\n", center);
     snprintf(wedge, sizeof(wedge),
              "#define COLUMNS %d\n#define ROWS %d\n#define BLEND %d\n#define GRAVITY %d\n"
-             "#define MIDDLE %d\n#define CENTER %d\n",
+             "#define MIDDLE %d\n#define CENTER %d\n#define TRIES %d\n",
              cells >= 8   ? 4
              : cells == 4 ? 2
                           : 1,
@@ -77,30 +70,31 @@ static pnb_status make_programs(pnb_solver *solver, struct wedge_room *room)
              : cells >= 4 ? 2
                           : 1,
              blends(solver), blends(solver) && is(solver, "overlap", "gravity"),
-             strcmp(solver->method->info.name, "wedge") == 0, center);
-    const struct {
-        struct gl_program **program;
-        const char *fragment, *defines;
-    } programs[] = {
-        {&p->setup, "method/wedge/setup.frag", setup},
-        {&p->groups, "method/wedge/groups.frag", NULL},
-        {&p->tiles, "method/wedge/tiles.frag", NULL},
-        {&p->coarse, "method/wedge/coarse.frag", NULL},
-        {&p->part_mask, "method/wedge/part_mask.frag", NULL},
-        {&p->hits, "method/wedge/hits.frag", NULL},
-        {&p->prefix, "method/wedge/prefix.frag", NULL},
-        {&p->list, "method/wedge/list.frag", NULL},
-        {&p->mask, "method/wedge/item_mask.frag", NULL},
-        {&p->wedge, "method/wedge/wedge.frag", wedge},
-    };
+             strcmp(solver->method->info.name, "wedge") == 0, center,
+             search == WEDGE_SEARCH_QUICK ? 1 : 4);
     pnb_status status = PNB_OK;
-    for (size_t i = 0; i < sizeof(programs) / sizeof(*programs) && status == PNB_OK; i++) {
-        struct gl_program_desc desc = {.vertex = "gl/cover.vert",
-                                       .fragment = programs[i].fragment,
-                                       .defines = programs[i].defines};
-        status = gl_program_create(room->device, &desc, programs[i].program);
-    }
+    make(&status, room, "method/wedge/setup.frag", setup, &room->programs.setup);
+    make(&status, room, "method/wedge/wedge.frag", wedge, &room->programs.wedge);
+    room->search = search;
     return status;
+}
+
+static pnb_status make_programs(pnb_solver *solver, struct wedge_room *room)
+{
+    struct wedge_programs *p = &room->programs;
+    pnb_status status = PNB_OK;
+    make(&status, room, "method/wedge/groups.frag", NULL, &p->groups);
+    make(&status, room, "method/wedge/tiles.frag", NULL, &p->tiles);
+    make(&status, room, "method/wedge/coarse.frag", NULL, &p->coarse);
+    make(&status, room, "method/wedge/part_mask.frag", NULL, &p->part_mask);
+    make(&status, room, "method/wedge/hits.frag", NULL, &p->hits);
+    make(&status, room, "method/wedge/prefix.frag", NULL, &p->prefix);
+    make(&status, room, "method/wedge/list.frag", NULL, &p->list);
+    make(&status, room, "method/wedge/item_mask.frag", NULL, &p->mask);
+    return status == PNB_OK ? make_sums(solver, room,
+                                        is(solver, "silhouettes", "center") ? WEDGE_SEARCH_CENTER
+                                                                            : WEDGE_SEARCH_QUICK)
+                            : status;
 }
 
 static pnb_status wedge_changed(pnb_solver *solver, struct opengl_state *state)
@@ -235,7 +229,7 @@ static void draw_setup(struct wedge_room *room, const struct wedge_light *light)
         give(&setup, gl_sampler(names[k], room->in[k]));
     cover(room, &setup, room->programs.setup, room->items.target);
     give_items(&groups, room, 4);
-    give(&groups, gl_sampler("group_part", room->group_part));
+    give(&groups, gl_sampler("group_info", room->group_info));
     give(&groups, gl_int("group_count", (int)room->parts->group_count));
     cover(room, &groups, room->programs.groups, room->group_box.target);
 }
@@ -274,7 +268,7 @@ static void draw_lists(struct wedge_room *room, const struct wedge_light *light)
 
     give_two(&hits, "tile_low", "tile_high", room->coarse_box.textures);
     give_groups(&hits, room);
-    give(&hits, gl_sampler("group_part", room->group_part));
+    give(&hits, gl_sampler("group_info", room->group_info));
     give_table(&hits, "part_mask", &room->part_mask);
     give(&hits, gl_int("tile_columns", room->coarse_columns));
     give(&hits, gl_int("group_count", (int)room->parts->group_count));
@@ -285,7 +279,6 @@ static void draw_lists(struct wedge_room *room, const struct wedge_light *light)
 
     give_table(&list, "hits", &room->hits);
     give_table(&list, "prefix", &room->prefix);
-    give(&list, gl_sampler("group_part", room->group_part));
     give(&list, gl_int("word_count", room->words));
     give(&list, gl_int("list_width", room->list_width));
     give(&list, gl_int("list_rows", room->list_rows));
@@ -300,23 +293,88 @@ static void draw_masks(struct wedge_room *room)
     give_groups(&mask, room);
     give_two(&mask, "tile_low", "tile_high", room->tile_box.textures);
     give_list(&mask, room);
+    give(&mask, gl_sampler("group_info", room->group_info));
+    give_two(&mask, "part_low", "part_high", room->part_box);
     give(&mask, gl_int("tile_columns", room->tile_columns));
     cover(room, &mask, room->programs.mask, room->mask.target);
 }
 
+/* marks: pixels whose loops the device ended are to show it (CUT in wedge.frag). */
 static void draw_wedges(struct wedge_room *room, const struct wedge_light *light,
-                        const struct gl_frame *frame, struct gl_target *target)
+                        const struct gl_frame *frame, struct gl_target *target, bool marks)
 {
     struct pass pass = {0};
     give_light(&pass, light);
     give_receivers(&pass, frame);
     give_items(&pass, room, 4);
     give_list(&pass, room);
+    give(&pass, gl_sampler("group_info", room->group_info));
+    give_two(&pass, "part_low", "part_high", room->part_box);
+    give_two(&pass, "group_low", "group_high", room->group_box.textures);
     give_table(&pass, "item_mask", &room->mask);
     give(&pass, gl_int("tile_size", room->tile_size));
     give(&pass, gl_int("tile_columns", room->tile_columns));
     give(&pass, gl_int("mask_width", room->mask_width));
+    give(&pass, gl_int("marks", marks));
     cover(room, &pass, room->programs.wedge, target);
+}
+
+static void draw_all(struct wedge_room *room, const struct wedge_light *light,
+                     const struct gl_frame *frame, struct gl_target *target, bool marks)
+{
+    draw_setup(room, light);
+    draw_lists(room, light);
+    draw_masks(room);
+    draw_wedges(room, light, frame, target, marks);
+}
+
+/* How many pixels were cut short. */
+static pnb_status count_cut(struct wedge_room *room, struct gl_texture *visibility,
+                            size_t *out_count)
+{
+    pnb_context *context = room->parts->context;
+    size_t pixels = (size_t)gl_texture_width(visibility) * (size_t)gl_texture_height(visibility);
+    float *texels = memory_alloc(context, pixels, sizeof(*texels));
+    if (!texels)
+        return status_no_memory(context, pixels * sizeof(*texels));
+    pnb_status status = gl_texture_read(visibility, 0, texels);
+    *out_count = 0;
+    for (size_t i = 0; i < pixels && status == PNB_OK; i++)
+        *out_count += texels[i] < 0;
+    memory_free(context, texels);
+    return status;
+}
+
+/* A software rasteriser that ends loops is asked whether it did. Then more is done in one turn of a
+ * loop, or silhouettes are taken from the light's middle, from now on; where even these are too
+ * many, what was summed so far stands. */
+static pnb_status draw_frame(pnb_solver *solver, struct wedge_room *room,
+                             const struct wedge_light *light, const struct gl_frame *frame,
+                             struct gl_target *target, struct gl_texture *visibility)
+{
+    bool asks = gl_device_get_info(room->device)->software;
+    pnb_status status = PNB_OK;
+    size_t cut = 0;
+    for (;;) {
+        draw_all(room, light, frame, target, asks);
+        if (asks)
+            status = count_cut(room, visibility, &cut);
+        if (status != PNB_OK || cut == 0 || room->search == WEDGE_SEARCH_CENTER)
+            break;
+        status = make_sums(solver, room, room->search + 1);
+        if (status != PNB_OK)
+            break;
+        if (room->search == WEDGE_SEARCH_CENTER)
+            solver_warn(solver, "more turns of a loop than this software rasteriser allows: "
+                                "silhouettes=center is taken");
+    }
+    if (status == PNB_OK && cut > 0) {
+        solver_warn(solver, "some pixels take more turns of a loop than this software rasteriser "
+                            "allows: what is hidden there is not counted to the end (cut_pixels)");
+        draw_wedges(room, light, frame, target, false);
+    }
+    solver_count(solver, "cut_pixels", (double)cut);
+    return status;
 }
 
 static pnb_status wedge_draw(pnb_solver *solver, struct opengl_state *state,
@@ -341,12 +399,11 @@ static pnb_status wedge_draw(pnb_solver *solver, struct opengl_state *state,
         return status;
     wedge_tables_place(room, &at);
     solver_count(solver, "setup_ms", clock_ms() - start);
-    draw_setup(room, &at);
     draw_tiles(room, &at, frame);
-    draw_lists(room, &at);
-    draw_masks(room);
-    draw_wedges(room, &at, frame, target);
+    status = draw_frame(solver, room, &at, frame, target, visibility);
     gl_target_destroy(target);
+    if (status != PNB_OK)
+        return status;
     solver_count(solver, "silhouettes", (double)room->parts->part_count);
     solver_count(solver, "tile", room->tile_size);
     size_t lists, items;

@@ -15,10 +15,15 @@
 
 uniform vec3 light_center, light_x_axis, light_y_axis, light_half_u, light_half_v, light_normal;
 uniform float light_gap;
+uniform sampler2D part_low, part_high, group_low, group_high;
 uniform sampler2D item_a, item_b, item_c, item_d; // light space, of setup.frag
-uniform highp usampler2D list, prefix, item_mask;
+uniform highp usampler2D list, prefix, item_mask, group_info;
 uniform int tile_size, tile_columns, coarse, coarse_columns;
 uniform int word_count, list_width, list_rows, mask_width;
+
+// Whether a pixel whose loops the device ended is to show it, by being less than it is by this.
+uniform int marks;
+#define CUT 4.0
 
 layout(location = 0) out float out_visibility;
 
@@ -46,6 +51,15 @@ void add_edge(inout Sum s, ivec2 at, float side, vec3 p, float level)
     sum_add(s, w, project(a, p), project(b, p));
 }
 
+// The lowest of the silhouettes found; none: adds nothing.
+void take_edge(inout Sum s, int group, uint plus, inout uint found, vec3 p, float level)
+{
+    int i = max(lowest_bit(found), 0);
+    float side = found == 0u ? 0.0 : (plus >> uint(i) & 1u) != 0u ? 1.0 : -1.0;
+    found &= found - 1u;
+    add_edge(s, fold(group * 32 + i), side, p, level);
+}
+
 // A face that lies across the fragment's level closes the outline there.
 void add_face(inout Sum s, ivec2 at, vec3 p, float level)
 {
@@ -66,59 +80,71 @@ void add_face(inout Sum s, ivec2 at, vec3 p, float level)
     sum_add(s, w, project(e, p), project(f, p));
 }
 
-// A tile's list: group after group, part after part.
+// A tile's list: group after group.
 struct List {
     int count, tile, big; // places; numbers of the tile and its coarse tile
     int slot;             // the place
-    uint entry;           // there
-    bool fresh;           // nothing of this part was taken yet
     int group;            // taken last
     uint word;            // items of it that are left
+    bool masked;          // word has only items that matter to the tile
 };
 
-uint entry_at(List l, int slot)
+// Goes on to a group that has an item. Groups without a mask are asked for their boxes.
+void find_group(inout List l, vec3 p)
 {
-    int row = slot / list_width;
-    return texelFetch(list, ivec2(slot - row * list_width, l.big * list_rows + row), 0).x;
+    while (l.word == 0u && l.slot < l.count) {
+        int row = l.slot / list_width;
+        ivec2 at = ivec2(l.slot - row * list_width, l.big * list_rows + row);
+        uint word = texelFetch(item_mask, ivec2(min(l.slot, mask_width - 1), l.tile), 0).x;
+        l.group = int(texelFetch(list, at, 0).x);
+        l.masked = l.slot < mask_width;
+        for (int once = l.masked ? 1 : 0; once < 1; once++) {
+            vec3 low = texelFetch(group_low, fold(l.group), 0).xyz;
+            vec3 high = texelFetch(group_high, fold(l.group), 0).xyz;
+            word = misses(low, high, p, p, true) ? 0u : 0xffffffffu;
+        }
+        l.word = word;
+        l.slot++;
+    }
 }
 
-// Goes on to a group of edges, or of faces, that has an item; false at the end of the part's.
-bool find_group(inout List l, bool faces)
+// Takes the lowest item of word into found if it is a silhouette, into plus if its first face is
+// seen (with CENTER the sign stands in the weight).
+void try_item(int group, vec3 p, inout uint word, inout uint found, inout uint plus)
 {
-    while (l.word == 0u && l.slot < l.count && (l.entry >= FACES) == faces &&
-           (l.fresh || (l.entry & FIRST) == 0u)) {
-        uint word = texelFetch(item_mask, ivec2(min(l.slot, mask_width - 1), l.tile), 0).x;
-        l.word = l.slot < mask_width ? word : 0xffffffffu;
-        l.group = int(l.entry & NUMBER);
-        l.slot++;
-        l.entry = entry_at(l, min(l.slot, l.count - 1));
-        l.fresh = false;
-    }
-    return l.word != 0u;
+    uint bit = word & (~word + 1u);
+    ivec2 at = fold(group * 32 + max(lowest_bit(word), 0));
+#if CENTER
+    bool front = true, back = texelFetch(item_a, at, 0).w == 0.0;
+#else
+    vec4 first = texelFetch(item_c, at, 0), second = texelFetch(item_d, at, 0);
+    bool front = dot(first.xyz, p) + first.w >= 0.0;
+    bool back = dot(second.xyz, p) + second.w >= 0.0;
+#endif
+    found |= front != back ? bit : 0u;
+    plus |= front ? bit : 0u;
+    word &= ~bit;
 }
 
 // The silhouettes of this fragment among a group's edges; in plus those whose first face it sees.
-uint silhouettes(int group, uint word, vec3 p, out uint plus)
+// What remains in word was not tried.
+uint silhouettes(List l, inout uint word, vec3 p, out uint plus)
 {
+    uint found = 0u;
     plus = 0u;
 #if CENTER
-    plus = word; // the sign stands in the weight
-    return word;
-#else
-    uint found = 0u, bits = word;
-    while (bits != 0u) {
-        int i = lowest_bit(bits);
-        bits &= bits - 1u;
-        ivec2 at = fold(group * 32 + i);
-        vec4 first = texelFetch(item_c, at, 0), second = texelFetch(item_d, at, 0);
-        bool front = dot(first.xyz, p) + first.w >= 0.0;
-        bool back = dot(second.xyz, p) + second.w >= 0.0;
-        uint bit = 1u << uint(i);
-        found |= front != back ? bit : 0u;
-        plus |= front ? bit : 0u;
+    plus = found = l.masked ? word : 0u;
+    word &= ~found;
+#endif
+    while (word != 0u) {
+        try_item(l.group, p, word, found, plus);
+#if TRIES > 1 // a turn: software rasterisers count turns (README)
+        try_item(l.group, p, word, found, plus);
+        try_item(l.group, p, word, found, plus);
+        try_item(l.group, p, word, found, plus);
+#endif
     }
     return found;
-#endif
 }
 
 #if BLEND
@@ -224,9 +250,9 @@ void main()
     l.big = big.y * coarse_columns + big.x;
     l.count = r.valid ? int(texelFetch(prefix, ivec2(word_count, l.big), 0).x) : 0;
     l.slot = 0;
-    l.entry = entry_at(l, 0);
     l.group = 0;
     l.word = 0u;
+    l.masked = true;
 
 #if BLEND
     Hidden final[ROWS];
@@ -237,41 +263,62 @@ void main()
 #else
     float seen = 1.0;
 #endif
-    while (l.slot < l.count) {
-        Sum s;
-        sum_clear(s);
-        l.fresh = true;
-        while (find_group(l, false)) {
-            uint plus, found = silhouettes(l.group, l.word, p, plus);
-            l.word = 0u;
-            while (found != 0u) {
-                int i = lowest_bit(found);
-                found &= found - 1u;
-                float side = (plus >> uint(i) & 1u) != 0u ? 1.0 : -1.0;
-                add_edge(s, fold(l.group * 32 + i), side, p, level);
-            }
+    Sum s;
+    sum_clear(s);
+    int part = 0;
+    uint left = 0u; // items that were given up
+    find_group(l, p);
+    // One turn for each part of each group, and one more for the last part.
+    for (bool last = false; !last;) {
+        last = l.word == 0u;
+        uvec4 info = texelFetch(group_info, fold(l.group), 0);
+        uint upto = (2u << uint(max(lowest_bit(l.word), 0))) - 1u, next = info.y & ~upto;
+        uint these = l.word & (next == 0u ? 0xffffffffu : (next & (~next + 1u)) - 1u);
+        uint mine = these;
+        int here = last ? -1 : int(info.x) + bit_count(info.y & upto);
+        // Parts that share a group are small: many are seen beside the light.
+        if (info.w == GROUP_MIXED) {
+            ivec2 box = fold(max(here, 0));
+            vec3 low = texelFetch(part_low, box, 0).xyz, high = texelFetch(part_high, box, 0).xyz;
+            mine = misses(low, high, p, p, false) ? 0u : mine;
+            here = last || mine != 0u ? here : part;
         }
-        while (find_group(l, true)) {
-            while (l.word != 0u) {
-                int i = lowest_bit(l.word);
-                l.word &= l.word - 1u;
-                add_face(s, fold(l.group * 32 + i), p, level);
-            }
-        }
+        for (; part != here; part = here) { // not an `if`: see above
 #if BLEND
-        for (int j = 0; j < ROWS; j++)
-            blend(final[j], hidden_row(s, j));
+            for (int j = 0; j < ROWS; j++)
+                blend(final[j], hidden_row(s, j));
 #else
-        float all = clamp(s.area[0], 0.0, 1.0);
+            float all = clamp(s.area[0], 0.0, 1.0);
 #if MIDDLE
-        float middle = s.middle > 0.5 ? 1.0 : 0.0;
-        hard = max(hard, middle);
-        soft += all - middle;
+            float middle = s.middle > 0.5 ? 1.0 : 0.0;
+            hard = max(hard, middle);
+            soft += all - middle;
 #else
-        seen *= 1.0 - all;
+            seen *= 1.0 - all;
 #endif
 #endif
+            sum_clear(s);
+        }
+        uint edges = mine & ~info.z, faces = mine & info.z;
+        uint plus, found = silhouettes(l, edges, p, plus);
+        while (found != 0u) {
+            take_edge(s, l.group, plus, found, p, level);
+#if TRIES > 1
+            take_edge(s, l.group, plus, found, p, level);
+            take_edge(s, l.group, plus, found, p, level);
+            take_edge(s, l.group, plus, found, p, level);
+#endif
+        }
+        while (faces != 0u) {
+            int i = lowest_bit(faces);
+            faces &= faces - 1u;
+            add_face(s, fold(l.group * 32 + i), p, level);
+        }
+        left |= edges | found | faces;
+        l.word &= ~these;
+        find_group(l, p);
     }
+    bool cut = left != 0u || l.word != 0u || l.slot < l.count || part != -1;
 #if BLEND
     float hidden = 0.0;
     for (int j = 0; j < ROWS; j++)
@@ -285,5 +332,6 @@ void main()
     // What lies below the horizon is hidden by the receiver's own surface, which mostly is a part too.
     vec2 slope = vec2(dot(r.normal, light_half_u), dot(r.normal, light_half_v));
     v = min(v, 1.0 - below_horizon(slope, -dot(r.normal, d)));
-    out_visibility = r.valid ? clamp(v, 0.0, 1.0) : 1.0;
+    v = r.valid ? clamp(v, 0.0, 1.0) : 1.0;
+    out_visibility = cut && marks > 0 ? v - CUT : v;
 }

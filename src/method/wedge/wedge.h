@@ -7,16 +7,24 @@
 
 /* Items stand in groups of this many: one word of a mask. */
 #define WEDGE_GROUP 32
-/* Beside a group's part: the group is of faces. */
-#define WEDGE_FACES 0x80000000u
+
+/* What a group's items belong to. Parts follow one another within a group and from group to group;
+ * items of no kind (padding) only stand behind the last one. */
+enum wedge_group_kind { WEDGE_GROUP_EDGES = 0, WEDGE_GROUP_FACES, WEDGE_GROUP_MIXED };
+struct wedge_group {
+    uint32_t part;   /* of the first item */
+    uint32_t starts; /* a bit for each item with which the next part begins */
+    uint32_t faces;  /* a bit for each item that is a face */
+    uint32_t kind;   /* enum wedge_group_kind */
+};
 
 /* A connected part of an occluder: what casts one silhouette (which may be several loops). */
 struct wedge_part {
-    size_t first_group; /* edge groups, then face groups */
-    size_t edge_group_count, face_group_count;
-    size_t first_face, face_count; /* into wedge_parts.faces */
-    size_t first_edge, edge_count; /* into wedge_parts.edges */
-    bool closed;                   /* every edge has two faces of opposite direction */
+    size_t first_item, first_face_item; /* into wedge_parts.items: edges, then faces */
+    size_t item_count;                  /* from first_item, with padding */
+    size_t first_face, face_count;      /* into wedge_parts.faces */
+    size_t first_edge, edge_count;      /* into wedge_parts.edges */
+    bool closed;                        /* every edge has two faces of opposite direction */
     bool cut; /* reaches through the light's plane: its faces stand among its edge items too */
     vec3 low, high; /* world */
 };
@@ -45,7 +53,7 @@ struct wedge_parts {
     size_t part_count;
     uint32_t *faces, *edges;  /* numbers in the occluders, part by part, near ones together */
     struct wedge_item *items; /* group_count x WEDGE_GROUP */
-    uint32_t *groups;         /* part of each group, and WEDGE_FACES */
+    struct wedge_group *groups;
     size_t group_count;
     size_t open_count; /* edges of parts that are not closed, planes of the scene left out */
 };
