@@ -407,7 +407,7 @@ pnb_status clusters_create(pnb_context *context, struct mesh *mesh, struct clust
                c->cluster_count * (sizeof(*c->planes) + sizeof(*c->clusters)) +
                c->edge_count * sizeof(*c->edges) + c->border_count * sizeof(*c->borders) +
                2 * c->cluster_count * sizeof(*c->nodes);
-    c->solid = clusters_solid(c, &c->dent);
+    clusters_find_solid(c);
     *out_clusters = c;
     return PNB_OK;
 }
@@ -439,7 +439,7 @@ bool clusters_refit(struct clusters *c, const struct mesh *mesh)
             if (c->positions[c->vertex[v]][a] != mesh->positions[3 * v + (size_t)a])
                 return false;
     bound_all(c);
-    c->solid = clusters_solid(c, &c->dent);
+    clusters_find_solid(c);
     return true;
 }
 

@@ -66,9 +66,10 @@ struct clusters {
     struct cluster_edge *edges;
     struct cluster_border *borders;
     struct cluster_node *nodes;
-    bool solid;   /* the surface of one solid that is all but convex; never of many triangles */
-    float dent;   /* a solid's: how deep dents are, as a share of its size */
-    size_t bytes; /* of all of these */
+    bool solid; /* the surface of one solid that is all but convex; never of many triangles */
+    float dent; /* a solid's: how deep dents are, as a share of its size */
+    float center[3], radius; /* a solid\'s: a sphere around it */
+    size_t bytes;            /* of all of these */
 };
 
 /* Triangles with two equal corners are left out. A mesh of no triangle gives no cluster. */
@@ -78,8 +79,8 @@ void clusters_destroy(pnb_context *context, struct clusters *clusters);
 /* Takes the mesh's new positions; false: vertices that were one have come apart, create anew. */
 bool clusters_refit(struct clusters *clusters, const struct mesh *mesh);
 
-/* What clusters->solid and dent say. */
-bool clusters_solid(const struct clusters *clusters, float *dent);
+/* Sets solid, dent, center and radius. */
+void clusters_find_solid(struct clusters *clusters);
 
 /* For tests: NULL, or what is wrong. */
 const char *clusters_validate(const struct clusters *clusters);

@@ -91,16 +91,27 @@ static float deepest_dent(const struct clusters *c, float size)
     return dent;
 }
 
-bool clusters_solid(const struct clusters *c, float *dent)
+void clusters_find_solid(struct clusters *c)
 {
-    *dent = 0;
+    c->solid = false;
+    c->dent = c->radius = 0;
     if (c->slot_count < 4 || c->slot_count > SOLID_MOST || !closed(c) || !connected(c))
-        return false;
+        return;
     const struct cluster_node *root = &c->nodes[0];
-    float size = 0;
-    for (int i = 0; i < 3; i++)
+    float size = 0, square = 0;
+    for (int i = 0; i < 3; i++) {
         size = fmaxf(size, root->high[i] - root->low[i]);
+        c->center[i] = 0.5f * (root->low[i] + root->high[i]);
+    }
     float depth = deepest_dent(c, size);
-    *dent = depth > 0 ? depth / size : 0;
-    return depth >= 0;
+    if (depth < 0)
+        return;
+    c->solid = true;
+    c->dent = depth / size;
+    for (size_t v = 0; v < c->vertex_count; v++) {
+        float d[3] = {c->positions[v][0] - c->center[0], c->positions[v][1] - c->center[1],
+                      c->positions[v][2] - c->center[2]};
+        square = fmaxf(square, d[0] * d[0] + d[1] * d[1] + d[2] * d[2]);
+    }
+    c->radius = sqrtf(square) * 1.00001f;
 }

@@ -266,11 +266,12 @@ struct exact_candidate {
     uint32_t instance;
 };
 
-/* The edges of a convex solid that all lies between a tile's receivers and the light: one outline
- * for each of them. */
+/* The edges of a solid between a tile's receivers and the light: one outline for each of them. */
 struct exact_solid {
     size_t fixed, fixed_end, open, open_end; /* of the solids' edges: multiples of EXACT_LANES */
     float low[3], high[3];                   /* bounds in the tile's frame */
+    float dent;                              /* of its mesh */
+    float center[3], radius;                 /* a sphere around it, world, from the tile's middle */
 };
 
 /* How all of a tile's receivers see a triangle; MIXED: of clusters. */
@@ -291,6 +292,7 @@ struct exact_work {
     size_t solid_count, solid_capacity;
     bool collapse;          /* edges left of the light to their ends */
     int16_t *vertex_weight; /* zero but for the vertices in ends */
+    uint32_t marked[32];    /* vertices */
     uint32_t *ends;
     size_t end_count, end_capacity;
     int unit;           /* of the tile's occluders */

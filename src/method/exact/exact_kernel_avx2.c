@@ -10,6 +10,7 @@
     ((vi)_mm256_cvtps_epi32(                                                                       \
         _mm256_round_ps((__m256)(x), _MM_FROUND_TO_POS_INF | _MM_FROUND_NO_EXC)))
 #define gather_floats(from, at) ((vf)_mm256_i32gather_ps(from, (__m256i)(at), 4))
+#define root_of(x)              ((vf)_mm256_sqrt_ps((__m256)(x)))
 #define HAVE_MASK
 #define shift_ones(by) ((vi)_mm256_sllv_epi32(_mm256_set1_epi32(-1), (__m256i)(by)))
 #define any_bit(x)     (!_mm256_testz_si256((__m256i)(x), (__m256i)(x)))

@@ -91,6 +91,7 @@ static double kernel_resolve(const struct exact_cover *cover)
     return v < 0 ? 0 : v > 1 ? 1 : v;
 }
 
+#define root_of(x) ((vf)_mm512_sqrt_ps((__m512)(x)))
 #define HAVE_MASK
 #define shift_ones(by) ((vi)_mm512_sllv_epi32(_mm512_set1_epi32(-1), (__m512i)(by)))
 #define any_bit(x)     (_mm512_test_epi32_mask((__m512i)(x), (__m512i)(x)) != 0)
