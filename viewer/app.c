@@ -69,7 +69,7 @@ static void on_frame(void *user, struct view_frame *frame)
     view_window_frame(app->window);
     bool current = frame->full && !frame->moving && frame->serial == app->state.serial;
     if (app->pending_screenshot && current) {
-        view_worker_screenshot(app->worker, frame, app->divider, app->pending_screenshot);
+        view_worker_screenshot(app->worker, frame, app->divider, false, app->pending_screenshot);
         g_clear_pointer(&app->pending_screenshot, g_free);
     }
     view_script_notify(app->script);
@@ -174,7 +174,7 @@ void view_app_screenshot(struct view_app *app, const char *path)
     view_window_error(app->window, NULL);
     struct view_frame *frame = app->frame;
     if (frame && frame->full && !frame->moving && frame->serial == app->state.serial) {
-        view_worker_screenshot(app->worker, frame, app->divider, path);
+        view_worker_screenshot(app->worker, frame, app->divider, false, path);
     } else {
         g_free(app->pending_screenshot);
         app->pending_screenshot = g_strdup(path);
@@ -186,6 +186,15 @@ void view_app_stop(struct view_app *app)
     view_worker_stop(app->worker);
 }
 
+void view_app_shot_as_shown(struct view_app *app, const char *path)
+{
+    view_window_error(app->window, NULL);
+    if (!app->frame)
+        return;
+    view_canvas_read(view_window_canvas(app->window));
+    view_worker_screenshot(app->worker, app->frame, app->divider, true, path);
+}
+
 /* ---- changes ---- */
 
 void view_app_changed(struct view_app *app)
@@ -195,6 +204,7 @@ void view_app_changed(struct view_app *app)
     app->state.serial++;
     app->state.wanted_us = g_get_monotonic_time();
     app->state.moving = app->moving != 0;
+    app->state.window = view_window_draws(app->window);
     app->at_rest = false;
     if (app->state.width > 0)
         view_worker_show(app->worker, &app->state);

@@ -57,6 +57,8 @@ void view_app_open(struct view_app *app, const char *path);
 void view_app_save(struct view_app *app, const char *path);
 /* Of the picture at rest: waits for it. */
 void view_app_screenshot(struct view_app *app, const char *path);
+/* As it is on the screen, without handles. */
+void view_app_shot_as_shown(struct view_app *app, const char *path);
 void view_app_stop(struct view_app *app);
 
 /* app->state has changed: the worker gets it, the parts refresh. */

@@ -9,6 +9,7 @@
 #include <gsk/gskcairorenderer.h>
 #include <string.h>
 
+#include "area.h"
 #include "handles.h"
 #include "window.h"
 
@@ -22,6 +23,7 @@ struct _ViewCanvas {
     GtkWidget parent_instance;
     struct view_app *app;
     struct view_frame *frame;
+    struct view_area *area; /* the sides that OpenGL draws here */
     GskRenderNode *nodes[VIEW_SIDES];
     graphene_rect_t node_area;
     bool handles;
@@ -87,6 +89,11 @@ static void drop_nodes(ViewCanvas *canvas)
         g_clear_pointer(&canvas->nodes[side], gsk_render_node_unref);
 }
 
+static bool is_own(const struct view_frame *frame)
+{
+    return frame && (frame->window[0] || frame->window[1]);
+}
+
 static void drop_frame(ViewCanvas *canvas)
 {
     drop_nodes(canvas);
@@ -98,21 +105,25 @@ static void drop_frame(ViewCanvas *canvas)
  * nothing below it. */
 static void need_nodes(ViewCanvas *canvas, const graphene_rect_t *all)
 {
-    if (canvas->nodes[0] && graphene_rect_equal(all, &canvas->node_area))
+    int first = canvas->frame->window[0] ? 1 : 0;
+    if (canvas->nodes[first] && graphene_rect_equal(all, &canvas->node_area))
         return;
     GskRenderer *renderer = gtk_native_get_renderer(gtk_widget_get_native(GTK_WIDGET(canvas)));
     bool cairo = renderer && G_TYPE_CHECK_INSTANCE_TYPE(renderer, GSK_TYPE_CAIRO_RENDERER);
     drop_nodes(canvas);
     canvas->node_area = *all;
     for (int side = 0; side < (canvas->frame->compare ? VIEW_SIDES : 1); side++)
-        canvas->nodes[side] =
-            cairo ? paint_pixels(canvas->frame, side, all) : make_texture(canvas->frame, side, all);
+        if (!canvas->frame->window[side])
+            canvas->nodes[side] = cairo ? paint_pixels(canvas->frame, side, all)
+                                        : make_texture(canvas->frame, side, all);
 }
 
 void view_canvas_set_frame(ViewCanvas *canvas, struct view_frame *frame)
 {
     drop_frame(canvas);
     canvas->frame = view_frame_ref(frame);
+    if (is_own(frame))
+        view_area_set_frame(canvas->area, frame);
     gtk_widget_queue_draw(GTK_WIDGET(canvas));
 }
 
@@ -125,6 +136,30 @@ void view_canvas_set_handles(ViewCanvas *canvas, bool shown)
 struct view_canvas_shown view_canvas_get_shown(ViewCanvas *canvas)
 {
     return canvas->shown;
+}
+
+bool view_canvas_draws(ViewCanvas *canvas)
+{
+    return view_area_ready(canvas->area);
+}
+
+const char *view_canvas_why_not(ViewCanvas *canvas)
+{
+    return view_area_why_not(canvas->area);
+}
+
+void view_canvas_read(ViewCanvas *canvas)
+{
+    if (is_own(canvas->frame))
+        view_area_read(canvas->area, canvas->frame);
+}
+
+void view_canvas_divide(ViewCanvas *canvas, double divider)
+{
+    canvas->app->divider = CLAMP(divider, 0.01, 0.99);
+    if (is_own(canvas->frame))
+        view_area_queue(canvas->area);
+    gtk_widget_queue_draw(GTK_WIDGET(canvas));
 }
 
 /* ---- drawing ---- */
@@ -205,6 +240,14 @@ static void draw_names(ViewCanvas *canvas, GtkSnapshot *snapshot, double width)
     }
 }
 
+static void append_side(ViewCanvas *canvas, GtkSnapshot *snapshot, int side)
+{
+    if (canvas->frame->window[side])
+        gtk_widget_snapshot_child(GTK_WIDGET(canvas), view_area_widget(canvas->area), snapshot);
+    else if (canvas->nodes[side])
+        gtk_snapshot_append_node(snapshot, canvas->nodes[side]);
+}
+
 static void view_canvas_snapshot(GtkWidget *widget, GtkSnapshot *snapshot)
 {
     ViewCanvas *canvas = VIEW_CANVAS(widget);
@@ -223,15 +266,15 @@ static void view_canvas_snapshot(GtkWidget *widget, GtkSnapshot *snapshot)
     if (frame->compare) {
         float x = (float)round(app->divider * width);
         gtk_snapshot_push_clip(snapshot, &GRAPHENE_RECT_INIT(0, 0, x, height));
-        gtk_snapshot_append_node(snapshot, canvas->nodes[0]);
+        append_side(canvas, snapshot, 0);
         gtk_snapshot_pop(snapshot);
         gtk_snapshot_push_clip(snapshot, &GRAPHENE_RECT_INIT(x, 0, width - x, height));
-        gtk_snapshot_append_node(snapshot, canvas->nodes[1]);
+        append_side(canvas, snapshot, 1);
         gtk_snapshot_pop(snapshot);
         draw_divider(canvas, snapshot, width, height);
         draw_names(canvas, snapshot, width);
     } else {
-        gtk_snapshot_append_node(snapshot, canvas->nodes[0]);
+        append_side(canvas, snapshot, 0);
     }
     if (frame->show == VIEW_SHOW_ERROR && frame->truth_samples > 0)
         draw_scale(canvas, snapshot, width, height);
@@ -277,6 +320,7 @@ static void view_canvas_size_allocate(GtkWidget *widget, int width, int height, 
     struct view_app *app = canvas->app;
     int scale = gtk_widget_get_scale_factor(widget);
     bool first = app->state.width == 0;
+    view_area_allocate(canvas->area, width, height);
     if (app->state.width == width * scale && app->state.height == height * scale)
         return;
     app->state.width = width * scale;
@@ -363,8 +407,7 @@ static void drag_to(ViewCanvas *canvas, double x, double y, GdkModifierType mods
     struct view_lens lens = lens_of(canvas);
     bool changed = true;
     if (canvas->hand == HAND_DIVIDER) {
-        app->divider = CLAMP(x / width, 0.01, 0.99);
-        gtk_widget_queue_draw(GTK_WIDGET(canvas));
+        view_canvas_divide(canvas, x / width);
         return;
     }
     view_app_set_moving(app, VIEW_MOVING_HAND, true);
@@ -416,6 +459,8 @@ static void click(ViewCanvas *canvas)
     if (canvas->hand != HAND_ORBIT || !view_canvas_pixel(canvas, &x, &y, &side))
         return;
     uint32_t object = canvas->frame->objects[(size_t)y * (size_t)canvas->frame->width + (size_t)x];
+    if (!canvas->frame->picked)
+        return;
     if (object != PNB_NO_OBJECT)
         view_app_select(app, VIEW_PICK_OBJECT, object);
     else
@@ -568,9 +613,8 @@ static gboolean on_key(GtkEventControllerKey *controller, guint key, guint code,
     case GDK_KEY_Down: view_canvas_step(canvas, 0, -1, mods); return TRUE;
     case GDK_KEY_bracketleft:
     case GDK_KEY_bracketright:
-        canvas->app->divider =
-            CLAMP(canvas->app->divider + (key == GDK_KEY_bracketleft ? -0.02 : 0.02), 0.01, 0.99);
-        gtk_widget_queue_draw(GTK_WIDGET(canvas));
+        view_canvas_divide(canvas,
+                           canvas->app->divider + (key == GDK_KEY_bracketleft ? -0.02 : 0.02));
         return TRUE;
     default: return FALSE;
     }
@@ -613,6 +657,7 @@ static void view_canvas_dispose(GObject *object)
         g_source_remove(canvas->resize_timer);
     canvas->resize_timer = 0;
     drop_frame(canvas);
+    g_clear_pointer(&canvas->area, view_area_destroy);
     G_OBJECT_CLASS(view_canvas_parent_class)->dispose(object);
 }
 
@@ -635,6 +680,7 @@ GtkWidget *view_canvas_new(struct view_app *app)
 {
     ViewCanvas *canvas = g_object_new(VIEW_TYPE_CANVAS, NULL);
     canvas->app = app;
+    canvas->area = view_area_create(app, GTK_WIDGET(canvas));
     gtk_widget_set_focusable(GTK_WIDGET(canvas), TRUE);
     gtk_widget_set_hexpand(GTK_WIDGET(canvas), TRUE);
     gtk_widget_set_vexpand(GTK_WIDGET(canvas), TRUE);

@@ -22,6 +22,15 @@ void view_canvas_zoom(ViewCanvas *canvas, double factor);
 /* A handle of the selection in pixels of the widget; false if it is not in sight. */
 bool view_canvas_find_handle(ViewCanvas *canvas, int type, double *x, double *y);
 
+/* The context in which sides on OpenGL are drawn, made at the first call; false: it cannot be. */
+bool view_canvas_draws(ViewCanvas *canvas);
+/* Why it cannot; "" if it can or was not asked for. */
+const char *view_canvas_why_not(ViewCanvas *canvas);
+/* Sides of the window's own are read into the frame's bytes. */
+void view_canvas_read(ViewCanvas *canvas);
+/* The divider has moved. */
+void view_canvas_divide(ViewCanvas *canvas, double divider);
+
 /* What the last drawing showed. */
 struct view_canvas_shown {
     uint64_t serial;

@@ -4,6 +4,11 @@
  * the size stay) -> visibility of every light on every side -> bytes. Nothing about lights is kept
  * from frame to frame; at rest a side that is finished is not solved again when only the way of
  * showing it changes.
+ *
+ * Sides that the window draws by itself (state.window, a method on OpenGL) are left out here; the
+ * window tells what they took (view_engine_drawn), from which their number of pixels follows. At
+ * rest that goes up by steps, so that the window's thread is never held for longer than
+ * VIEW_BLOCK_MS; where that cannot be, the worker does the method in a context without a window.
  */
 #include "engine.h"
 
@@ -40,6 +45,9 @@ struct side {
     float **visibility; /* one array per light */
     char message[256];
     int samples;
+    bool headless; /* on OpenGL, but not in the window's context, for this reason */
+    char refusal[128];
+    bool given; /* the window has given the visibility that it drew */
     bool whole; /* visibility is that of the state at rest, all pixels */
 };
 
@@ -67,9 +75,21 @@ struct view_engine {
     int truth_samples;
     struct view_emitter *emitters;
     struct view_pacing pacing;
+    bool waiting;     /* for the window */
+    double window_ms; /* of the last frame with sides that it drew, and its level; < 0: none */
+    int window_level;
+    int rest_level; /* of the next step at rest */
+    uint64_t content;
     struct view_times times;
     char light_error[256];
 };
+
+static void reset_pacing(struct view_engine *engine)
+{
+    view_pacing_reset(&engine->pacing);
+    engine->rest_level = engine->pacing.level;
+    engine->window_level = -1;
+}
 
 /* ---- life ---- */
 
@@ -85,7 +105,7 @@ view_engine_create(int threads, bool (*progress)(void *user, const char *stage, 
     }
     engine->team = view_team_create(pnb_context_threads(engine->context));
     engine->pool = view_frame_pool_create();
-    view_pacing_reset(&engine->pacing);
+    reset_pacing(engine);
     return engine;
 }
 
@@ -214,7 +234,7 @@ bool view_engine_open(struct view_engine *engine, const char *path, char **light
     engine->scene_id = id;
     engine->geometry = 0;
     read_materials(engine);
-    view_pacing_reset(&engine->pacing);
+    reset_pacing(engine);
     *out_scene = view_scene_describe(scene, path, id);
     /* What the file says of the exposure is what differs from the automatic one. */
     double given = pnb_scene_exposure(scene);
@@ -236,30 +256,6 @@ bool view_engine_save(struct view_engine *engine, const char *path)
     bool glb = g_str_has_suffix(path, ".glb");
     pnb_status status =
         glb ? pnb_scene_write_glb(engine->scene, path) : pnb_scene_write_json(engine->scene, path);
-    return status == PNB_OK ? true : fail(engine);
-}
-
-bool view_engine_screenshot(struct view_engine *engine, const struct view_frame *frame,
-                            double divider, const char *path)
-{
-    pnb_image image;
-    if (pnb_image_create(engine->context, frame->width, frame->height, 3, &image) != PNB_OK)
-        return fail(engine);
-    float linear[256];
-    for (int k = 0; k < 256; k++) {
-        double e = k / 255.0;
-        linear[k] = (float)(e <= 0.04045 ? e / 12.92 : pow((e + 0.055) / 1.055, 2.4));
-    }
-    int cut = frame->compare ? (int)lround(divider * frame->width) : frame->width;
-    for (int y = 0; y < frame->height; y++)
-        for (int x = 0; x < frame->width; x++) {
-            size_t pixel = (size_t)y * (size_t)frame->width + (size_t)x;
-            const uint8_t *from = frame->bgra[x < cut ? 0 : 1] + 4 * pixel;
-            for (int c = 0; c < 3; c++)
-                image.data[3 * pixel + (size_t)c] = linear[from[2 - c]];
-        }
-    pnb_status status = pnb_image_write(engine->context, path, &image);
-    pnb_image_finish(engine->context, &image);
     return status == PNB_OK ? true : fail(engine);
 }
 
@@ -329,6 +325,108 @@ static void apply_lights(struct view_engine *engine, const struct view_state *st
                   sizeof(engine->light_error));
 }
 
+/* ---- sides of the window ---- */
+
+static bool in_window(const struct view_engine *engine, int s)
+{
+    return engine->state.window && !engine->sides[s].headless &&
+           (s == 0 || engine->state.compare) && view_method_on_opengl(&engine->state.methods[s]);
+}
+
+static bool any_in_window(const struct view_engine *engine)
+{
+    return in_window(engine, 0) || in_window(engine, 1);
+}
+
+static void leave_window(struct view_engine *engine, const char *why)
+{
+    for (int s = 0; s < VIEW_SIDES; s++) {
+        struct side *side = &engine->sides[s];
+        if (!in_window(engine, s))
+            continue;
+        side->headless = true;
+        side->whole = false;
+        g_strlcpy(side->refusal, why, sizeof(side->refusal));
+    }
+    reset_pacing(engine);
+}
+
+/* The next step at rest, by what the window's last frame took: all pixels if that keeps within
+ * VIEW_BLOCK_MS, else as many as surely do. */
+static enum step window_step(struct view_engine *engine)
+{
+    int level = engine->window_level;
+    double ms = fmax(engine->window_ms, 0.01);
+    engine->rest_level = engine->pacing.level;
+    if (level < 0)
+        return STEP_ROUGH;
+    if (view_pacing_predict(level, ms) <= VIEW_BLOCK_MS)
+        return STEP_FULL;
+    int next = level - (int)floor(2 * log2(VIEW_BLOCK_MS / ms));
+    if (next < level) {
+        engine->rest_level = MAX(next, 1);
+        return STEP_ROUGH;
+    }
+    leave_window(engine, "too slow for the window");
+    return STEP_ROUGH;
+}
+
+static void choose_step(struct view_engine *engine)
+{
+    const struct view_state *state = &engine->state;
+    bool whole = engine->sides[0].whole && (!state->compare || engine->sides[1].whole);
+    engine->next = state->moving ? STEP_MOVING : STEP_FULL;
+    engine->rest_level = engine->pacing.level;
+    if (state->moving)
+        return;
+    if (whole)
+        engine->next = STEP_SHOW;
+    else if (any_in_window(engine))
+        engine->next = window_step(engine);
+    else if (!engine->pacing.known ||
+             view_pacing_predict(engine->pacing.level, 42) > ROUGH_FIRST_MS)
+        engine->next = STEP_ROUGH;
+}
+
+void view_engine_drawn(struct view_engine *engine, const struct view_drawn *drawn)
+{
+    if (!engine->wanted || drawn->scene_id != engine->scene_id || !any_in_window(engine))
+        return;
+    bool current = drawn->serial == engine->state.serial;
+    if (drawn->late || drawn->refused) {
+        leave_window(engine, drawn->refused ? drawn->why : "too slow for the window");
+        engine->waiting = false;
+        choose_step(engine);
+        return;
+    }
+    engine->window_ms = drawn->ms;
+    engine->window_level = drawn->level;
+    view_pacing_learn(&engine->pacing, drawn->level, drawn->ms);
+    if (engine->waiting && current && engine->next == STEP_ROUGH) {
+        engine->waiting = false;
+        choose_step(engine);
+    }
+}
+
+void view_engine_given(struct view_engine *engine, uint64_t content, int s, const float *values,
+                       size_t count)
+{
+    struct side *side = &engine->sides[s];
+    const struct view_state *state = &engine->state;
+    if (!engine->wanted || content != engine->content || side->given || !side->visibility ||
+        state->light >= engine->light_capacity || count > engine->pixel_capacity)
+        return;
+    memcpy(side->visibility[state->light], values, count * sizeof(float));
+    side->given = true;
+    if (engine->next == STEP_TRUTH)
+        engine->waiting = false;
+}
+
+bool view_engine_waits(const struct view_engine *engine)
+{
+    return engine->waiting;
+}
+
 void view_engine_want(struct view_engine *engine, const struct view_state *state)
 {
     if (!engine->scene || state->scene_id != engine->scene_id || state->width < 1 ||
@@ -350,31 +448,37 @@ void view_engine_want(struct view_engine *engine, const struct view_state *state
     bool seen = old && geometry == engine->geometry && old->width == state->width &&
                 old->height == state->height &&
                 memcmp(&old->camera, &state->camera, sizeof(old->camera)) == 0;
+    bool other = !seen || lights || old->light != state->light || old->compare != state->compare ||
+                 old->window != state->window;
+    bool sized = !old || old->width != state->width || old->height != state->height;
     for (int s = 0; s < VIEW_SIDES; s++) {
+        struct side *side = &engine->sides[s];
         bool same = old && view_method_equal(&old->methods[s], &state->methods[s]);
+        other = other || !same;
         if (!seen || lights || !same)
-            engine->sides[s].whole = false;
+            side->whole = false;
+        if (!same || sized || old->window != state->window)
+            side->headless = false;
         if (!same && (s == 0 || state->compare))
-            view_pacing_reset(&engine->pacing);
+            reset_pacing(engine);
     }
-    if (old && old->compare != state->compare)
-        view_pacing_reset(&engine->pacing);
+    if (old && (old->compare != state->compare || old->window != state->window))
+        reset_pacing(engine);
     if (!seen || lights || old->light != state->light)
         engine->truth_samples = 0;
+    if (other) {
+        engine->content++;
+        for (int s = 0; s < VIEW_SIDES; s++)
+            engine->sides[s].given = false;
+    }
 
     drop_emitters(engine);
     if (engine->wanted)
         view_state_finish(&engine->state);
     view_state_copy(&engine->state, state);
     engine->wanted = true;
-    engine->next = state->moving ? STEP_MOVING : STEP_FULL;
-    bool whole = engine->sides[0].whole && (!state->compare || engine->sides[1].whole);
-    if (!state->moving && whole)
-        engine->next = STEP_SHOW;
-    else if (!state->moving && !engine->pacing.known)
-        engine->next = STEP_ROUGH;
-    else if (!state->moving && view_pacing_predict(engine->pacing.level, 42) > ROUGH_FIRST_MS)
-        engine->next = STEP_ROUGH;
+    engine->waiting = false;
+    choose_step(engine);
 }
 
 bool view_engine_busy(const struct view_engine *engine)
@@ -390,6 +494,7 @@ bool view_engine_yields(const struct view_engine *engine)
 void view_engine_give_up(struct view_engine *engine)
 {
     engine->next = STEP_NONE;
+    engine->waiting = false;
 }
 
 uint64_t view_engine_serial(const struct view_engine *engine)
@@ -598,25 +703,31 @@ static void shade_side(struct view_engine *engine, int s, const struct surface *
     view_shade(engine->team, &shading, bgra);
 }
 
-static void draw_side(struct view_engine *engine, int s, const struct surface *surface, bool whole,
-                      bool truth, struct view_frame *frame)
+/* One side's bytes by what has been solved. */
+static void draw_bytes(struct view_engine *engine, int s, const struct surface *surface, bool whole,
+                       bool truth, uint8_t *bgra)
 {
     const struct view_state *state = &engine->state;
     size_t pixels = (size_t)surface->width * (size_t)surface->height;
     const float *visibility =
         state->light < state->light_count ? engine->sides[s].visibility[state->light] : NULL;
-    if (visibility)
-        memcpy(frame->visibility[s], visibility, pixels * sizeof(float));
+    if (state->show == VIEW_SHOW_PICTURE || !visibility)
+        shade_side(engine, s, surface, whole, bgra);
+    else if (state->show == VIEW_SHOW_ERROR && truth)
+        view_show_error(engine->team, visibility, engine->truth, pixels, state->error_scale, bgra);
+    else
+        view_show_visibility(engine->team, visibility, pixels, bgra);
+}
+
+static void copy_visibility(const struct view_engine *engine, int s, size_t pixels, float *to)
+{
+    const struct view_state *state = &engine->state;
+    const struct side *side = &engine->sides[s];
+    if (state->light < state->light_count && (side->given || !in_window(engine, s)))
+        memcpy(to, side->visibility[state->light], pixels * sizeof(float));
     else
         for (size_t i = 0; i < pixels; i++)
-            frame->visibility[s][i] = NAN_FLOAT;
-    if (state->show == VIEW_SHOW_ERROR && truth)
-        view_show_error(engine->team, frame->visibility[s], engine->truth, pixels,
-                        state->error_scale, frame->bgra[s]);
-    else if (state->show != VIEW_SHOW_PICTURE)
-        view_show_visibility(engine->team, frame->visibility[s], pixels, frame->bgra[s]);
-    else
-        shade_side(engine, s, surface, whole, frame->bgra[s]);
+            to[i] = NAN_FLOAT;
 }
 
 static void measure(struct view_engine *engine, const struct surface *surface,
@@ -634,36 +745,52 @@ static void measure(struct view_engine *engine, const struct surface *surface,
     free(mask);
 }
 
-/* A frame of what has been solved. */
+static void describe_side(struct view_engine *engine, int s, struct view_frame *frame)
+{
+    struct side *side = &engine->sides[s];
+    const struct view_method *method = &engine->state.methods[s];
+    frame->methods[s] = method->info;
+    frame->window[s] = in_window(engine, s);
+    if (frame->window[s])
+        return;
+    frame->samples[s] = side->samples;
+    g_strlcpy(frame->message[s], side->message, sizeof(frame->message[s]));
+    if (side->headless)
+        g_strlcpy(frame->refusal, side->refusal, sizeof(frame->refusal));
+    pnb_solver_report report = {0};
+    if (side->solver.solver)
+        pnb_solver_get_report(side->solver.solver, &report);
+    if (report.device && *report.device)
+        g_strlcpy(frame->device, report.device, sizeof(frame->device));
+    if (report.warning_count > 0 && !frame->warning[0])
+        g_strlcpy(frame->warning, report.warnings[0], sizeof(frame->warning));
+}
+
+/* A frame of what has been solved. surface NULL: none is needed, the window draws all of it. */
 static struct view_frame *compose(struct view_engine *engine, const struct surface *surface,
-                                  bool full)
+                                  int width, int height, bool full)
 {
     const struct view_state *state = &engine->state;
-    struct view_frame *frame = view_frame_acquire(engine->pool, surface->width, surface->height,
+    struct view_frame *frame = view_frame_acquire(engine->pool, width, height,
                                                   (size_t)state->width * (size_t)state->height);
     if (!frame)
         return NULL;
-    size_t pixels = (size_t)surface->width * (size_t)surface->height;
-    bool truth = full && engine->truth_samples > 0 && state->light < state->light_count;
+    size_t pixels = (size_t)width * (size_t)height;
+    bool truth = full && surface && engine->truth_samples > 0 && state->light < state->light_count;
     int64_t started = g_get_monotonic_time();
-    pnb_surface_view view;
-    pnb_surface_get(surface->surface, &view);
-    memcpy(frame->objects, view.objects, pixels * sizeof(uint32_t));
+    frame->picked = surface != NULL;
+    if (surface) {
+        pnb_surface_view view;
+        pnb_surface_get(surface->surface, &view);
+        memcpy(frame->objects, view.objects, pixels * sizeof(uint32_t));
+    }
     for (int s = 0; s < (state->compare ? VIEW_SIDES : 1); s++) {
-        struct side *side = &engine->sides[s];
-        draw_side(engine, s, surface, full && !state->moving, truth, frame);
-        frame->methods[s] = state->methods[s].info;
-        frame->samples[s] = side->samples;
-        g_strlcpy(frame->message[s], side->message, sizeof(frame->message[s]));
+        describe_side(engine, s, frame);
+        if (!frame->window[s])
+            draw_bytes(engine, s, surface, full && !state->moving, truth, frame->bgra[s]);
+        copy_visibility(engine, s, pixels, frame->visibility[s]);
         if (s == 0 && engine->light_error[0])
             g_strlcpy(frame->message[s], engine->light_error, sizeof(frame->message[s]));
-        pnb_solver_report report = {0};
-        if (side->solver.solver)
-            pnb_solver_get_report(side->solver.solver, &report);
-        if (report.device && *report.device)
-            g_strlcpy(frame->device, report.device, sizeof(frame->device));
-        if (report.warning_count > 0 && !frame->warning[0])
-            g_strlcpy(frame->warning, report.warnings[0], sizeof(frame->warning));
     }
     if (truth) {
         memcpy(frame->truth, engine->truth, pixels * sizeof(float));
@@ -675,6 +802,7 @@ static struct view_frame *compose(struct view_engine *engine, const struct surfa
     frame->exposure = pnb_scene_exposure(engine->scene);
     frame->scene_id = engine->scene_id;
     frame->serial = state->serial;
+    frame->content = engine->content;
     frame->wanted_us = state->wanted_us;
     frame->full = full;
     frame->moving = state->moving;
@@ -682,51 +810,64 @@ static struct view_frame *compose(struct view_engine *engine, const struct surfa
     frame->show = state->show;
     frame->error_scale = state->error_scale;
     frame->light = state->light;
+    if (any_in_window(engine))
+        view_state_copy(&frame->state, state);
     engine->times = (struct view_times){0};
     return frame;
 }
 
 /* Surface, sides and frame; the sides that are whole already stay. PNB_ERROR_CANCELLED, or PNB_OK
- * even where a side failed. */
-static pnb_status make_frame(struct view_engine *engine, bool full, struct view_frame **out_frame)
+ * even where a side failed. level 0: all pixels. */
+static pnb_status make_frame(struct view_engine *engine, int level, bool full,
+                             struct view_frame **out_frame)
 {
     const struct view_state *state = &engine->state;
-    int width = state->width, height = state->height;
-    int level = full ? 0 : engine->pacing.level;
-    if (!full)
-        view_pacing_size(&engine->pacing, state->width, state->height, &width, &height);
+    int width = state->width, height = state->height, sides = state->compare ? VIEW_SIDES : 1;
+    bool rest = full && !state->moving, solved = false, all_window = true;
+    view_pacing_size(level, state->width, state->height, &width, &height);
+    bool whole_size = width == state->width && height == state->height;
     if (!make_room(engine, (size_t)state->width * (size_t)state->height))
         return PNB_ERROR_MEMORY;
-    struct surface *surface =
-        width == state->width && height == state->height ? &engine->full : &engine->rough;
+    for (int s = 0; s < sides; s++)
+        all_window = all_window && in_window(engine, s);
+    struct surface *surface = whole_size ? &engine->full : &engine->rough;
     int64_t started = g_get_monotonic_time();
-    pnb_status status = need_surface(engine, surface, width, height);
+    /* At rest one is wanted for what the pointer meets, and for the truth. */
+    bool needed = !all_window || rest;
+    engine->times.primary = 0;
+    pnb_status status = needed ? need_surface(engine, surface, width, height) : PNB_OK;
     if (status != PNB_OK)
         return status;
     pnb_receivers receivers;
-    pnb_surface_receivers(surface->surface, &receivers);
-    bool solved = true;
-    for (int s = 0; s < (state->compare ? VIEW_SIDES : 1); s++) {
+    if (needed)
+        pnb_surface_receivers(surface->surface, &receivers);
+    for (int s = 0; s < sides; s++) {
         struct side *side = &engine->sides[s];
-        if (side->whole && full && !state->moving) {
-            solved = false; /* its time is not that of a frame */
-            continue;
-        }
+        if (side->whole && rest)
+            continue; /* its time is not that of a frame */
         side->whole = false;
-        status = solve_side(engine, s, &receivers);
-        if (status != PNB_OK)
-            return status;
-        side->whole = full && !state->moving;
+        if (!in_window(engine, s)) {
+            status = solve_side(engine, s, &receivers);
+            if (status != PNB_OK)
+                return status;
+            solved = true;
+        }
+        side->whole = rest;
     }
+    if (all_window && rest)
+        engine->times.primary = 0; /* the window's picture did not wait for it */
     double before = engine->times.shade;
-    *out_frame = compose(engine, surface, full || surface == &engine->full);
+    struct view_frame *frame = *out_frame =
+        compose(engine, needed ? surface : NULL, width, height, full || whole_size);
+    if (!frame)
+        return PNB_ERROR_MEMORY;
     double total = milliseconds_since(started) - before;
     /* At rest the library shades, and the surface is found anew: neither is a frame's cost. */
-    if (*out_frame && !state->moving) {
-        const struct view_times *t = &(*out_frame)->times;
-        total = t->visibility[0] + t->visibility[1] + 4;
-    }
-    if (solved)
+    if (!state->moving)
+        total = solved ? frame->times.visibility[0] + frame->times.visibility[1] + 4 : 0;
+    frame->level = level;
+    frame->worker_ms = total;
+    if (solved && !any_in_window(engine))
         view_pacing_learn(&engine->pacing, level, total);
     return PNB_OK;
 }
@@ -756,7 +897,7 @@ static pnb_status refine_truth(struct view_engine *engine, struct view_frame **o
     if (status == PNB_OK) {
         memcpy(engine->truth, values, receivers.count * sizeof(float));
         engine->truth_samples = samples;
-        *out_frame = compose(engine, &engine->full, true);
+        *out_frame = compose(engine, &engine->full, engine->full.width, engine->full.height, true);
     }
     engine->times = (struct view_times){0};
     free(values);
@@ -779,12 +920,17 @@ bool view_engine_step(struct view_engine *engine, struct view_frame **out_frame)
     switch (step) {
     case STEP_NONE: return true;
     case STEP_MOVING:
-        status = make_frame(engine, engine->state.full_size, out_frame);
+        status = make_frame(engine, engine->state.full_size ? 0 : engine->pacing.level,
+                            engine->state.full_size, out_frame);
         engine->next = STEP_NONE;
         break;
     case STEP_ROUGH: {
         bool known = engine->pacing.known;
-        status = make_frame(engine, false, out_frame);
+        status = make_frame(engine, engine->rest_level, false, out_frame);
+        if (*out_frame && any_in_window(engine)) {
+            engine->waiting = true; /* its time decides what follows */
+            break;
+        }
         /* The first one was to learn the cost: if the whole frame is quick, that one is enough. */
         if (*out_frame && !known &&
             view_pacing_predict(engine->pacing.level, 42) < ROUGH_FIRST_MS) {
@@ -796,11 +942,16 @@ bool view_engine_step(struct view_engine *engine, struct view_frame **out_frame)
     }
     case STEP_FULL:
     case STEP_SHOW:
-        status = make_frame(engine, true, out_frame);
+        status = make_frame(engine, 0, true, out_frame);
         if (status == PNB_OK)
             engine->next = wants_truth(engine) ? STEP_TRUTH : STEP_NONE;
         break;
     case STEP_TRUTH:
+        /* Its figures want the visibility of both sides. */
+        for (int s = 0; s < VIEW_SIDES; s++)
+            engine->waiting = engine->waiting || (in_window(engine, s) && !engine->sides[s].given);
+        if (engine->waiting)
+            return true;
         status = refine_truth(engine, out_frame);
         if (status == PNB_OK)
             engine->next = wants_truth(engine) ? STEP_TRUTH : STEP_NONE;
@@ -815,4 +966,67 @@ bool view_engine_step(struct view_engine *engine, struct view_frame **out_frame)
     else
         fail(engine);
     return false;
+}
+
+/* ---- screenshots ---- */
+
+/* The sides that the window drew are done here as `render` does them, into bytes of their own. */
+static bool redo_sides(struct view_engine *engine, const struct view_frame *frame,
+                       uint8_t *bytes[VIEW_SIDES])
+{
+    size_t pixels = (size_t)frame->width * (size_t)frame->height;
+    if (!engine->wanted || engine->state.serial != frame->serial)
+        view_engine_want(engine, &frame->state);
+    engine->error[0] = 0;
+    if (!make_room(engine, pixels)) {
+        g_strlcpy(engine->error, "memory: none left for a picture", sizeof(engine->error));
+        return false;
+    }
+    pnb_status status = need_surface(engine, &engine->full, frame->width, frame->height);
+    pnb_receivers receivers;
+    for (int s = 0; s < VIEW_SIDES && status == PNB_OK; s++) {
+        if (!frame->window[s])
+            continue;
+        pnb_surface_receivers(engine->full.surface, &receivers);
+        status = solve_side(engine, s, &receivers);
+        bytes[s] = g_malloc(4 * pixels);
+        if (status == PNB_OK)
+            draw_bytes(engine, s, &engine->full, true, frame->truth_samples > 0, bytes[s]);
+    }
+    engine->times = (struct view_times){0};
+    return status == PNB_OK ? true : fail(engine);
+}
+
+bool view_engine_screenshot(struct view_engine *engine, const struct view_frame *frame,
+                            double divider, bool shown, const char *path)
+{
+    pnb_image image;
+    uint8_t *bytes[VIEW_SIDES] = {NULL, NULL};
+    if (!shown && (frame->window[0] || frame->window[1]) && !redo_sides(engine, frame, bytes)) {
+        g_free(bytes[0]);
+        g_free(bytes[1]);
+        return false;
+    }
+    pnb_status status = pnb_image_create(engine->context, frame->width, frame->height, 3, &image);
+    float linear[256];
+    for (int k = 0; k < 256; k++) {
+        double e = k / 255.0;
+        linear[k] = (float)(e <= 0.04045 ? e / 12.92 : pow((e + 0.055) / 1.055, 2.4));
+    }
+    int cut = frame->compare ? (int)lround(divider * frame->width) : frame->width;
+    for (int y = 0; status == PNB_OK && y < frame->height; y++)
+        for (int x = 0; x < frame->width; x++) {
+            size_t pixel = (size_t)y * (size_t)frame->width + (size_t)x;
+            int s = x < cut ? 0 : 1;
+            const uint8_t *from = (bytes[s] ? bytes[s] : frame->bgra[s]) + 4 * pixel;
+            for (int c = 0; c < 3; c++)
+                image.data[3 * pixel + (size_t)c] = linear[from[2 - c]];
+        }
+    if (status == PNB_OK) {
+        status = pnb_image_write(engine->context, path, &image);
+        pnb_image_finish(engine->context, &image);
+    }
+    g_free(bytes[0]);
+    g_free(bytes[1]);
+    return status == PNB_OK ? true : fail(engine);
 }

@@ -105,6 +105,7 @@ void view_frame_unref(struct view_frame *frame)
     if (!frame || !g_atomic_int_dec_and_test(&frame->references))
         return;
     struct view_frame_pool *pool = frame->pool;
+    view_state_finish(&frame->state);
     g_mutex_lock(&pool->mutex);
     bool keep = pool->idle_count < POOL_MAX;
     if (keep)

@@ -8,6 +8,9 @@
 
 #include "state.h"
 
+/* A frame of the window's context may take so long before the worker does that method instead. */
+enum { VIEW_BLOCK_MS = 250 };
+
 struct view_times { /* milliseconds */
     double update, primary, visibility[VIEW_SIDES], shade;
 };
@@ -22,6 +25,14 @@ struct view_frame {
     bool full;         /* as many as the canvas has */
     bool moving;
     bool compare;
+    /* Sides that the window draws by itself (gpu.h), with this state; they have no bytes here, and
+     * no visibility before it is drawn at rest. */
+    bool window[VIEW_SIDES];
+    struct view_state state;
+    int level;         /* of the pacing */
+    double worker_ms;  /* what the worker's part took */
+    uint64_t content;  /* another whenever the window has to solve again */
+    char refusal[128]; /* why the window does not draw a method on OpenGL; "" */
     enum view_show show;
     double error_scale;
     size_t light; /* of the visibility */
@@ -33,6 +44,7 @@ struct view_frame {
     float *visibility[VIEW_SIDES];
     float *truth;
     uint32_t *objects;
+    bool picked;       /* objects are known */
     int truth_samples; /* 0: no truth */
     const pnb_method_info *methods[VIEW_SIDES];
     int samples[VIEW_SIDES];
@@ -40,6 +52,16 @@ struct view_frame {
     char message[VIEW_SIDES][256]; /* why a side has no shadow; "" */
     char device[128];
     char warning[256]; /* the first one of the solvers; "" */
+};
+
+/* What the window tells the worker of a frame that it has drawn. */
+struct view_drawn {
+    uint64_t scene_id, serial;
+    int level;
+    double ms;    /* all of it, the worker's part too */
+    bool late;    /* it was not finished in VIEW_BLOCK_MS */
+    bool refused; /* the context cannot do it */
+    char why[128];
 };
 
 struct view_frame_pool *view_frame_pool_create(void);

@@ -20,11 +20,10 @@ static int side(int pixels, int level)
     return scaled < 8 ? (pixels < 8 ? pixels : 8) : scaled;
 }
 
-void view_pacing_size(const struct view_pacing *pacing, int width, int height, int *out_width,
-                      int *out_height)
+void view_pacing_size(int level, int width, int height, int *out_width, int *out_height)
 {
-    *out_width = side(width, pacing->level);
-    *out_height = side(height, pacing->level);
+    *out_width = side(width, level);
+    *out_height = side(height, level);
 }
 
 static int clamp_level(int level)

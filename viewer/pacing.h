@@ -24,9 +24,8 @@ struct view_pacing {
 };
 
 void view_pacing_reset(struct view_pacing *pacing);
-/* The size at the pacing's level, at least 8 pixels each way. */
-void view_pacing_size(const struct view_pacing *pacing, int width, int height, int *out_width,
-                      int *out_height);
+/* The size at a level, at least 8 pixels each way. */
+void view_pacing_size(int level, int width, int height, int *out_width, int *out_height);
 /* A frame at `level` took so long. */
 void view_pacing_learn(struct view_pacing *pacing, int level, double ms);
 /* What a frame of all pixels would take at most, by one measured at that level. */

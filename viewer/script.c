@@ -257,6 +257,13 @@ static bool do_expect(struct view_script *script, const char *what, const char *
             side && !app->state.compare ? "off" : app->state.methods[side].info->name;
         if (strcmp(name, text) != 0)
             fail(script, name);
+    } else if (strcmp(what, "window") == 0 || strcmp(what, "headless") == 0) {
+        bool own = app->frame && app->frame->window[atoi(text)];
+        if (own != (what[0] == 'w'))
+            fail(script, view_window_info(app->window));
+    } else if (strcmp(what, "info") == 0) {
+        if (!strstr(view_window_info(app->window), text))
+            fail(script, view_window_info(app->window));
     } else if (strcmp(what, "banner") == 0) {
         wait_for(script, WAIT_BANNER, 10000);
     } else if (strcmp(what, "no-banner") == 0) {
@@ -430,6 +437,8 @@ static bool do_file(struct view_script *script, const char *command, const char 
     wait_for(script, WAIT_SAVED, WAIT_MOST_MS);
     if (strcmp(command, "save") == 0)
         view_app_save(app, path);
+    else if (strcmp(command, "shown") == 0)
+        view_app_shot_as_shown(app, path);
     else
         view_app_screenshot(app, path);
     return true;
@@ -442,7 +451,8 @@ static bool run_command(struct view_script *script, char **words, const char *re
     ViewCanvas *canvas = view_window_canvas(app->window);
     const char *command = words[0], *one = words[1] ? words[1] : "";
     const char *two = words[1] && words[2] ? words[2] : "";
-    static const char *const files[] = {"open", "drop", "save", "screenshot", "window", NULL};
+    static const char *const files[] = {"open",  "drop",   "save", "screenshot",
+                                        "shown", "window", NULL};
     static const char *const pointer[] = {"point",   "press", "move", "move-by",
                                           "release", "click", NULL};
     if (g_strv_contains(files, command))
@@ -470,8 +480,7 @@ static bool run_command(struct view_script *script, char **words, const char *re
     if (strcmp(command, "show") == 0)
         return do_show(app, one);
     if (strcmp(command, "divider") == 0) {
-        app->divider = CLAMP(g_ascii_strtod(one, NULL), 0, 1);
-        gtk_widget_queue_draw(GTK_WIDGET(canvas));
+        view_canvas_divide(canvas, g_ascii_strtod(one, NULL));
         return true;
     }
     if (strcmp(command, "page") == 0) {

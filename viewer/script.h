@@ -3,7 +3,8 @@
  * A script is a name (first, drag, drag-object, orbit) or a file of lines:
  *   wait scene|full|rest|MILLISECONDS   what the worker has to reach first
  *   open PATH, drop PATH                then waits until it is open or has failed
- *   save PATH, screenshot PATH, window PATH
+ *   save PATH, screenshot PATH (as `render` makes it), shown PATH (as it is on the
+ *                                     screen, without handles), window PATH
  *   method NAME, second NAME|off, samples N, param KEY=VALUE, truth N
  *   show picture|visibility|error, divider SHARE, page NAME, theme light|dark
  *   select light|object INDEX|NAME, add-light SHAPE, remove-light, shape SHAPE
@@ -11,7 +12,8 @@
  *   step DX DY, zoom FACTOR, action NAME
  *   drag light|object|camera            a measured drag of --frames frames
  *   play, stop
- *   expect banner|no-banner|readout|progress|moved|still|method|second [TEXT]
+ *   expect banner|no-banner|readout|progress|moved|still|method|second|info [TEXT]
+ *   expect window|headless 0|1          where that side's method on OpenGL was drawn
  *   where HANDLE, say TEXT, print, quit
  * HANDLE: move, x, y, z, u, v, aim, spin. Lines that begin with # are comments. A script that
  * cannot go on says why and ends the program with status 1.

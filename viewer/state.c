@@ -3,6 +3,51 @@
 
 #include <string.h>
 
+static bool twin_progress(void *user, const char *stage, double fraction)
+{
+    const struct view_twin *twin = user;
+    return twin->stop_us == 0 || g_get_monotonic_time() < twin->stop_us;
+}
+
+static void free_twin(struct view_twin *twin)
+{
+    if (!twin)
+        return;
+    pnb_scene_destroy(twin->scene);
+    pnb_context_destroy(twin->context);
+    g_free(twin);
+}
+
+/* Meshes, objects and surroundings; lights and cameras are arguments of a frame. */
+static struct view_twin *make_twin(const pnb_scene *from)
+{
+    struct view_twin *twin = g_new0(struct view_twin, 1);
+    pnb_context_desc desc = {.progress = twin_progress, .user = twin};
+    pnb_status status = pnb_context_create(&desc, &twin->context);
+    if (status == PNB_OK)
+        status = pnb_scene_create(twin->context, &twin->scene);
+    for (size_t i = 0; status == PNB_OK && i < pnb_scene_mesh_count(from); i++) {
+        pnb_mesh_desc mesh;
+        pnb_scene_mesh(from, i, &mesh);
+        status = pnb_scene_add_mesh(twin->scene, &mesh, NULL);
+    }
+    for (size_t i = 0; status == PNB_OK && i < pnb_scene_object_count(from); i++) {
+        pnb_object object;
+        pnb_scene_object(from, i, &object);
+        status = pnb_scene_add_object(twin->scene, &object, NULL);
+    }
+    if (status != PNB_OK) {
+        free_twin(twin);
+        return NULL;
+    }
+    double color[3];
+    pnb_scene_ambient(from, color);
+    pnb_scene_set_ambient(twin->scene, color);
+    pnb_scene_background(from, color);
+    pnb_scene_set_background(twin->scene, color);
+    return twin;
+}
+
 struct view_scene *view_scene_ref(struct view_scene *scene)
 {
     g_atomic_int_inc(&scene->references);
@@ -17,6 +62,7 @@ void view_scene_unref(struct view_scene *scene)
         g_free(scene->objects[i].name);
     for (size_t i = 0; i < scene->light_count; i++)
         view_light_finish(&scene->lights[i]);
+    free_twin(scene->twin);
     g_free(scene->objects);
     g_free(scene->lights);
     g_strfreev(scene->notes);
@@ -150,6 +196,7 @@ struct view_scene *view_scene_describe(const pnb_scene *from, const char *path, 
     scene->notes = g_new0(char *, note_count + 1);
     for (size_t i = 0; i < note_count; i++)
         scene->notes[i] = g_utf8_make_valid(pnb_scene_note(from, i), -1);
+    scene->twin = make_twin(from);
     return scene;
 }
 
@@ -185,6 +232,18 @@ bool view_method_equal(const struct view_method *a, const struct view_method *b)
         if (g_strcmp0(a->values[i], b->values[i]) != 0)
             return false;
     return true;
+}
+
+bool view_method_on_opengl(const struct view_method *method)
+{
+    const pnb_method_info *info = method->info;
+    if (info->processor == PNB_PROCESSOR_OPENGL)
+        return true;
+    for (size_t i = 0; info->opengl_path && i < info->param_count; i++)
+        if (strcmp(info->params[i].key, "path") == 0)
+            return strcmp(method->values[i] ? method->values[i] : info->params[i].default_value,
+                          "opengl") == 0;
+    return false;
 }
 
 /* ---- the state ---- */

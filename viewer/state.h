@@ -11,7 +11,15 @@
 
 #include "lights.h"
 
-/* Never changes after it was made. */
+/* A copy of the scene in a context of its own, for the window's thread: what the library's door for
+ * engines works on. */
+struct view_twin {
+    pnb_context *context;
+    pnb_scene *scene;
+    int64_t stop_us; /* work that lasts beyond it is cancelled; 0: it is not */
+};
+
+/* Never changes after it was made, but for the twin. */
 struct view_object {
     char *name;
     double world_from_mesh[12];
@@ -35,6 +43,7 @@ struct view_scene {
     double floor;             /* height of the lowest point */
     size_t triangle_count;
     int64_t load_us;
+    struct view_twin *twin; /* the window's thread's; NULL: no memory */
 };
 
 struct view_scene *view_scene_ref(struct view_scene *scene);
@@ -55,6 +64,8 @@ void view_method_init(struct view_method *method, const pnb_method_info *info);
 void view_method_copy(struct view_method *to, const struct view_method *from);
 void view_method_finish(struct view_method *method);
 bool view_method_equal(const struct view_method *a, const struct view_method *b);
+/* Runs on OpenGL, with its parameters as they are. */
+bool view_method_on_opengl(const struct view_method *method);
 
 enum { VIEW_SIDES = 2 };
 
@@ -76,6 +87,7 @@ struct view_state {
     bool full_size;    /* never fewer pixels, not even while moving */
     int truth_samples; /* refine the truth up to this many; 0: no truth */
     double exposure;   /* 0: automatic */
+    bool window;       /* methods on OpenGL are drawn in the window's own context */
 };
 
 /* Everything as the scene says. methods, show and the like stay; their first values are defaults.

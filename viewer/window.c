@@ -88,6 +88,19 @@ const char *view_window_readout(struct view_window *window)
     return gtk_label_get_text(GTK_LABEL(window->readout));
 }
 
+const char *view_window_info(struct view_window *window)
+{
+    return gtk_label_get_text(GTK_LABEL(window->info));
+}
+
+bool view_window_draws(struct view_window *window)
+{
+    const struct view_state *state = &window->app->state;
+    bool wanted = view_method_on_opengl(&state->methods[0]) ||
+                  (state->compare && view_method_on_opengl(&state->methods[1]));
+    return wanted ? view_canvas_draws(view_window_canvas(window)) : state->window;
+}
+
 static void show_readout(struct view_window *window, const char *hint)
 {
     const struct view_app *app = window->app;
@@ -101,7 +114,9 @@ static void show_readout(struct view_window *window, const char *hint)
         size_t pixel = (size_t)y * (size_t)frame->width + (size_t)x;
         float v = frame->visibility[side][pixel];
         uint32_t object = frame->objects[pixel];
-        if (object >= app->scene->object_count)
+        if (!frame->picked)
+            ; /* nothing is known of it before all is at rest */
+        else if (object >= app->scene->object_count)
             g_string_append(text, "background");
         else if (isnan(v))
             g_string_append_printf(text, "%s   no visibility here",
@@ -109,11 +124,12 @@ static void show_readout(struct view_window *window, const char *hint)
         else
             g_string_append_printf(text, "%s   visibility %.3f", app->scene->objects[object].name,
                                    (double)v);
-        if (object < app->scene->object_count && !isnan(v) && frame->truth_samples > 0)
+        if (frame->picked && object < app->scene->object_count && !isnan(v) &&
+            frame->truth_samples > 0)
             g_string_append_printf(text, "   truth %.3f   error %+.3f", (double)frame->truth[pixel],
                                    (double)(v - frame->truth[pixel]));
         if (hint)
-            g_string_append_printf(text, "   ·   %s", hint);
+            g_string_append_printf(text, "%s%s", text->len ? "   ·   " : "", hint);
     }
     gtk_label_set_text(GTK_LABEL(window->readout), text->str);
     g_string_free(text, TRUE);
@@ -129,6 +145,14 @@ static void show_info(struct view_window *window)
         g_string_append_printf(text, "%d × %d", frame->width, frame->height);
         if (total > 0.05)
             g_string_append_printf(text, "   %.0f ms", total);
+        const char *why_not = view_canvas_why_not(view_window_canvas(window));
+        bool opengl = view_method_on_opengl(&window->app->state.methods[0]) ||
+                      (frame->compare && view_method_on_opengl(&window->app->state.methods[1]));
+        if (frame->window[0] || frame->window[1])
+            g_string_append(text, "   OpenGL");
+        else if (opengl)
+            g_string_append_printf(text, "   OpenGL read back (%s)",
+                                   *why_not ? why_not : frame->refusal);
         if (frame->truth_samples > 0)
             g_string_append_printf(text, "   truth %d", frame->truth_samples);
     }

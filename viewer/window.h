@@ -27,9 +27,14 @@ void view_window_pointer(struct view_window *window, const char *hint);
 /* The canvas has drawn. */
 void view_window_drawn(struct view_window *window);
 
+/* Whether sides on OpenGL are drawn in the window's own context; makes that where one is asked for.
+ */
+bool view_window_draws(struct view_window *window);
+
 /* What the banner says; "" if it is hidden. The read-out and the progress likewise. */
 const char *view_window_banner(struct view_window *window);
 const char *view_window_readout(struct view_window *window);
+const char *view_window_info(struct view_window *window); /* right of the read-out */
 bool view_window_busy(struct view_window *window);
 /* Files as if they were dropped on the window. */
 void view_window_drop(struct view_window *window, const char *path);

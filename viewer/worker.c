@@ -12,7 +12,13 @@
 #define PROGRESS_AFTER_US 300000
 #define PROGRESS_EVERY_US 80000
 
-enum command_type { COMMAND_OPEN, COMMAND_SAVE, COMMAND_SCREENSHOT };
+enum command_type {
+    COMMAND_OPEN,
+    COMMAND_SAVE,
+    COMMAND_SCREENSHOT,
+    COMMAND_DRAWN, /* this one and the next are news, not work: they end no step */
+    COMMAND_GIVEN
+};
 
 struct command {
     enum command_type type;
@@ -20,6 +26,9 @@ struct command {
     char **lights;
     struct view_frame *frame;
     double divider;
+    bool shown;
+    struct view_drawn drawn;
+    int side;
 };
 
 struct view_worker {
@@ -185,6 +194,17 @@ static void run_command(struct view_worker *worker, struct command *command)
     struct view_engine *engine = worker->engine;
     struct view_scene *scene = NULL;
     bool good = false;
+    if (command->type == COMMAND_DRAWN || command->type == COMMAND_GIVEN) {
+        const struct view_frame *frame = command->frame;
+        if (command->type == COMMAND_DRAWN)
+            view_engine_drawn(engine, &command->drawn);
+        else
+            view_engine_given(engine, frame->content, command->side,
+                              frame->visibility[command->side],
+                              (size_t)frame->width * (size_t)frame->height);
+        free_command(command);
+        return;
+    }
     worker->yielding = false;
     worker->step_us = g_get_monotonic_time();
     switch (command->type) {
@@ -195,8 +215,11 @@ static void run_command(struct view_worker *worker, struct command *command)
             send_event(worker, (struct event){.type = EVENT_SCENE, .scene = scene});
         break;
     case COMMAND_SAVE: good = view_engine_save(engine, command->path); break;
+    case COMMAND_DRAWN:
+    case COMMAND_GIVEN: break;
     case COMMAND_SCREENSHOT:
-        good = view_engine_screenshot(engine, command->frame, command->divider, command->path);
+        good = view_engine_screenshot(engine, command->frame, command->divider, command->shown,
+                                      command->path);
         break;
     }
     end_progress(worker);
@@ -246,13 +269,16 @@ static gpointer thread_main(gpointer data)
             state = worker->wanted;
             worker->wanted = NULL;
         }
-        if (!command && !state && !(worker->engine && view_engine_busy(worker->engine))) {
+        bool work = worker->engine && view_engine_busy(worker->engine) &&
+                    !view_engine_waits(worker->engine);
+        if (!command && !state && !work) {
             g_cond_wait(&worker->cond, &worker->mutex);
             continue;
         }
         if (!command)
             g_atomic_int_set(&worker->newer, 0);
-        if (command || state)
+        bool news = command && command->type >= COMMAND_DRAWN;
+        if ((command && !news) || state)
             g_atomic_int_set(&worker->stop, 0);
         g_mutex_unlock(&worker->mutex);
 
@@ -315,7 +341,8 @@ static void push(struct view_worker *worker, struct command command)
 {
     g_mutex_lock(&worker->mutex);
     g_queue_push_tail(&worker->commands, g_memdup2(&command, sizeof(command)));
-    g_atomic_int_set(&worker->newer, 1);
+    if (command.type < COMMAND_DRAWN)
+        g_atomic_int_set(&worker->newer, 1);
     g_cond_signal(&worker->cond);
     g_mutex_unlock(&worker->mutex);
 }
@@ -333,12 +360,24 @@ void view_worker_save(struct view_worker *worker, const char *path)
 }
 
 void view_worker_screenshot(struct view_worker *worker, struct view_frame *frame, double divider,
-                            const char *path)
+                            bool shown, const char *path)
 {
     push(worker, (struct command){.type = COMMAND_SCREENSHOT,
                                   .path = g_strdup(path),
                                   .frame = view_frame_ref(frame),
-                                  .divider = divider});
+                                  .divider = divider,
+                                  .shown = shown});
+}
+
+void view_worker_drawn(struct view_worker *worker, const struct view_drawn *drawn)
+{
+    push(worker, (struct command){.type = COMMAND_DRAWN, .drawn = *drawn});
+}
+
+void view_worker_given(struct view_worker *worker, struct view_frame *frame, int side)
+{
+    push(worker,
+         (struct command){.type = COMMAND_GIVEN, .frame = view_frame_ref(frame), .side = side});
 }
 
 void view_worker_show(struct view_worker *worker, const struct view_state *state)

@@ -35,8 +35,12 @@ void view_worker_show(struct view_worker *worker, const struct view_state *state
 void view_worker_stop(struct view_worker *worker);
 /* The scene as it stands: .json or .glb. */
 void view_worker_save(struct view_worker *worker, const char *path);
-/* The frame as a PNG; left of the divider (a share of the width) its first side. */
+/* The frame as a PNG; left of the divider (a share of the width) its first side. shown: as the
+ * window has drawn and read back its own sides; else those are done again as `render` does them. */
 void view_worker_screenshot(struct view_worker *worker, struct view_frame *frame, double divider,
-                            const char *path);
+                            bool shown, const char *path);
+/* The window has drawn a frame; it has read the visibility of a side of its own into it. */
+void view_worker_drawn(struct view_worker *worker, const struct view_drawn *drawn);
+void view_worker_given(struct view_worker *worker, struct view_frame *frame, int side);
 
 #endif

@@ -314,7 +314,7 @@ static void pacing_settles(void **state)
         view_pacing_reset(&pacing);
         for (int frame = 0; frame < 300; frame++) {
             int level = pacing.level;
-            view_pacing_size(&pacing, 800, 600, &width, &height);
+            view_pacing_size(pacing.level, 800, 600, &width, &height);
             double pixels = (double)width * height;
             ms = kind == 0   ? pixels * 1e-3
                  : kind == 1 ? pixels * 2e-6
