@@ -18,6 +18,24 @@ struct view_area {
     char why[200];
 };
 
+/* The frame's sides, if they are not drawn yet; the context is current. */
+static void draw(struct view_area *area)
+{
+    struct view_app *app = area->app;
+    struct view_frame *frame = area->frame;
+    struct view_drawn drawn;
+    if (!area->fresh)
+        return;
+    bool good = view_gpu_draw(area->gpu, app->scene, frame, &drawn);
+    area->fresh = false;
+    frame->window_ms = drawn.ms;
+    drawn.ms += frame->worker_ms;
+    view_worker_drawn(app->worker, &drawn);
+    for (int side = 0; side < VIEW_SIDES && good && frame->full && !frame->moving; side++)
+        if (frame->window[side])
+            view_worker_given(app->worker, frame, side);
+}
+
 static gboolean on_render(GtkGLArea *gl, GdkGLContext *context, gpointer data)
 {
     struct view_area *area = data;
@@ -26,16 +44,7 @@ static gboolean on_render(GtkGLArea *gl, GdkGLContext *context, gpointer data)
     int scale = gtk_widget_get_scale_factor(GTK_WIDGET(gl));
     if (!area->gpu || !frame || !app->scene || frame->scene_id != app->scene->id)
         return TRUE;
-    if (area->fresh) {
-        struct view_drawn drawn;
-        bool good = view_gpu_draw(area->gpu, app->scene, frame, &drawn);
-        area->fresh = false;
-        drawn.ms += frame->worker_ms;
-        view_worker_drawn(app->worker, &drawn);
-        for (int side = 0; side < VIEW_SIDES && good && frame->full && !frame->moving; side++)
-            if (frame->window[side])
-                view_worker_given(app->worker, frame, side);
-    }
+    draw(area);
     gtk_gl_area_attach_buffers(gl);
     view_gpu_show(area->gpu, frame, app->divider, gtk_widget_get_width(GTK_WIDGET(gl)) * scale,
                   gtk_widget_get_height(GTK_WIDGET(gl)) * scale);
@@ -158,10 +167,13 @@ void view_area_queue(struct view_area *area)
         gtk_gl_area_queue_render(GTK_GL_AREA(area->gl));
 }
 
-void view_area_read(struct view_area *area, struct view_frame *frame)
+bool view_area_read(struct view_area *area, struct view_frame *frame)
 {
-    if (!area->gpu)
-        return;
+    struct view_app *app = area->app;
+    if (!area->gpu || area->frame != frame || !app->scene || frame->scene_id != app->scene->id)
+        return false;
     gtk_gl_area_make_current(GTK_GL_AREA(area->gl));
+    draw(area);
     view_gpu_read(area->gpu, frame);
+    return true;
 }

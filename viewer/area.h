@@ -20,6 +20,7 @@ void view_area_allocate(struct view_area *area, int width, int height);
 void view_area_set_frame(struct view_area *area, struct view_frame *frame);
 /* What is drawn has to be shown again. */
 void view_area_queue(struct view_area *area);
-void view_area_read(struct view_area *area, struct view_frame *frame);
+/* The frame's own sides as bytes, drawn if they were not yet. False: it is not the area's. */
+bool view_area_read(struct view_area *area, struct view_frame *frame);
 
 #endif

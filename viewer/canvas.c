@@ -23,8 +23,10 @@ struct _ViewCanvas {
     GtkWidget parent_instance;
     struct view_app *app;
     struct view_frame *frame;
-    struct view_area *area; /* the sides that OpenGL draws here */
-    GskRenderNode *nodes[VIEW_SIDES];
+    struct view_area *area;           /* the sides that OpenGL draws here */
+    GskRenderNode *nodes[VIEW_SIDES]; /* NULL: a side of the area's */
+    bool made;                        /* the nodes are the frame's */
+    bool cairo; /* GTK draws without OpenGL: the area's sides are read back for it */
     graphene_rect_t node_area;
     bool handles;
     struct view_canvas_shown shown;
@@ -87,6 +89,7 @@ static void drop_nodes(ViewCanvas *canvas)
 {
     for (int side = 0; side < VIEW_SIDES; side++)
         g_clear_pointer(&canvas->nodes[side], gsk_render_node_unref);
+    canvas->made = false;
 }
 
 static bool is_own(const struct view_frame *frame)
@@ -105,15 +108,18 @@ static void drop_frame(ViewCanvas *canvas)
  * nothing below it. */
 static void need_nodes(ViewCanvas *canvas, const graphene_rect_t *all)
 {
-    int first = canvas->frame->window[0] ? 1 : 0;
-    if (canvas->nodes[first] && graphene_rect_equal(all, &canvas->node_area))
+    if (canvas->made && graphene_rect_equal(all, &canvas->node_area))
         return;
     GskRenderer *renderer = gtk_native_get_renderer(gtk_widget_get_native(GTK_WIDGET(canvas)));
     bool cairo = renderer && G_TYPE_CHECK_INSTANCE_TYPE(renderer, GSK_TYPE_CAIRO_RENDERER);
     drop_nodes(canvas);
+    canvas->made = true;
+    canvas->cairo = cairo;
+    if (cairo && is_own(canvas->frame))
+        view_area_read(canvas->area, canvas->frame);
     canvas->node_area = *all;
     for (int side = 0; side < (canvas->frame->compare ? VIEW_SIDES : 1); side++)
-        if (!canvas->frame->window[side])
+        if (cairo || !canvas->frame->window[side])
             canvas->nodes[side] = cairo ? paint_pixels(canvas->frame, side, all)
                                         : make_texture(canvas->frame, side, all);
 }
@@ -242,7 +248,7 @@ static void draw_names(ViewCanvas *canvas, GtkSnapshot *snapshot, double width)
 
 static void append_side(ViewCanvas *canvas, GtkSnapshot *snapshot, int side)
 {
-    if (canvas->frame->window[side])
+    if (canvas->frame->window[side] && !canvas->cairo)
         gtk_widget_snapshot_child(GTK_WIDGET(canvas), view_area_widget(canvas->area), snapshot);
     else if (canvas->nodes[side])
         gtk_snapshot_append_node(snapshot, canvas->nodes[side]);

@@ -8,9 +8,6 @@
 
 #include "state.h"
 
-/* A frame of the window's context may take so long before the worker does that method instead. */
-enum { VIEW_BLOCK_MS = 250 };
-
 struct view_times { /* milliseconds */
     double update, primary, visibility[VIEW_SIDES], shade;
 };
@@ -31,6 +28,7 @@ struct view_frame {
     struct view_state state;
     int level;         /* of the pacing */
     double worker_ms;  /* what the worker's part took */
+    double window_ms;  /* what the window's took, once it has drawn */
     uint64_t content;  /* another whenever the window has to solve again */
     char refusal[128]; /* why the window does not draw a method on OpenGL; "" */
     enum view_show show;
@@ -59,7 +57,7 @@ struct view_drawn {
     uint64_t scene_id, serial;
     int level;
     double ms;    /* all of it, the worker's part too */
-    bool late;    /* it was not finished in VIEW_BLOCK_MS */
+    bool late;    /* it was not finished in time (view_state.patience_ms) */
     bool refused; /* the context cannot do it */
     char why[128];
 };

@@ -24,7 +24,8 @@
 enum { MAP_SIZE = 512 }; /* colours of errors, and one for none */
 enum { WARM_MS = 1000 }; /* may a solver's first frame take */
 
-enum program { SCENE, LIGHT, PICTURE, SHOW, PROGRAMS };
+/* LIGHT: one per type, made when it is needed. */
+enum program { SCENE, PICTURE, SHOW, LIGHT, PROGRAMS = LIGHT + PNB_LIGHT_TYPE_COUNT };
 
 enum {
     DEPTH,
@@ -35,7 +36,7 @@ enum {
     SUMS,
     VISIBILITY = SUMS + VIEW_SIDES,
     PICTURES = VISIBILITY + VIEW_SIDES,
-    SIZED_TEXTURES
+    SIZED_TEXTURES = PICTURES + VIEW_SIDES
 };
 
 struct view_gpu {
@@ -57,20 +58,23 @@ struct view_gpu {
 
 /* ---- programs ---- */
 
-static GLuint compile(struct view_gpu *gpu, GLenum type, const char *name, char *why, size_t size)
+static GLuint compile(struct view_gpu *gpu, GLenum type, const char *name, int kind, char *why,
+                      size_t size)
 {
     char path[64];
     g_snprintf(path, sizeof(path), "/penumbra/shaders/%s", name);
     GBytes *file = g_resources_lookup_data(path, G_RESOURCE_LOOKUP_FLAGS_NONE, NULL);
     if (!file)
         return 0;
-    const char *texts[2] = {gpu->es ? "#version 320 es\nprecision highp float;\n"
+    char define[32];
+    g_snprintf(define, sizeof(define), "#define KIND %d\n", kind);
+    const char *texts[3] = {gpu->es ? "#version 320 es\nprecision highp float;\n"
                                       "precision highp int;\nprecision highp sampler2D;\n"
                                     : "#version 330 core\n",
-                            g_bytes_get_data(file, NULL)};
-    GLint lengths[2] = {-1, (GLint)g_bytes_get_size(file)}, good = 0;
+                            define, g_bytes_get_data(file, NULL)};
+    GLint lengths[3] = {-1, -1, (GLint)g_bytes_get_size(file)}, good = 0;
     GLuint shader = glCreateShader(type);
-    glShaderSource(shader, 2, texts, lengths);
+    glShaderSource(shader, 3, texts, lengths);
     glCompileShader(shader);
     glGetShaderiv(shader, GL_COMPILE_STATUS, &good);
     g_bytes_unref(file);
@@ -86,9 +90,10 @@ static GLuint compile(struct view_gpu *gpu, GLenum type, const char *name, char 
 static bool link_program(struct view_gpu *gpu, enum program which, const char *vertex,
                          const char *fragment, char *why, size_t size)
 {
-    GLuint shaders[2] = {compile(gpu, GL_VERTEX_SHADER, vertex, why, size), 0};
+    int kind = which >= LIGHT ? (int)which - LIGHT : 0;
+    GLuint shaders[2] = {compile(gpu, GL_VERTEX_SHADER, vertex, kind, why, size), 0};
     if (shaders[0])
-        shaders[1] = compile(gpu, GL_FRAGMENT_SHADER, fragment, why, size);
+        shaders[1] = compile(gpu, GL_FRAGMENT_SHADER, fragment, kind, why, size);
     GLint good = 0;
     GLuint program = gpu->programs[which] = glCreateProgram();
     for (int i = 0; i < 2 && shaders[1]; i++)
@@ -206,7 +211,6 @@ struct view_gpu *view_gpu_create(bool es, char *why, size_t size)
     glGenFramebuffers(1, &gpu->framebuffer);
     glGenVertexArrays(1, &gpu->empty_array);
     if (link_program(gpu, SCENE, "scene.vert", "scene.frag", why, size) &&
-        link_program(gpu, LIGHT, "cover.vert", "light.frag", why, size) &&
         link_program(gpu, PICTURE, "cover.vert", "picture.frag", why, size) &&
         link_program(gpu, SHOW, "cover.vert", "show.frag", why, size)) {
         make_colors(gpu);
@@ -364,31 +368,35 @@ static void add_light(struct view_gpu *gpu, const struct view *view, int side,
 {
     struct view_emitter e;
     const struct view_lens *lens = &view->lens;
+    enum program program = LIGHT + light->type;
+    char why[256] = "";
+    if (!gpu->programs[program] &&
+        !link_program(gpu, program, "cover.vert", "light.frag", why, sizeof(why)))
+        g_warning("%s", why);
     view_emitter_init(&e, light);
     upload_corners(gpu, &e, lens->eye);
     attach(gpu, 0, gpu->textures[SUMS + side], 0);
     glEnable(GL_BLEND);
     glBlendFunc(GL_ONE, GL_ONE);
-    glUseProgram(gpu->programs[LIGHT]);
-    set_map(gpu, LIGHT, "depth_map", 0, gpu->textures[DEPTH]);
-    set_map(gpu, LIGHT, "surface_map", 1, gpu->textures[SURFACE]);
-    set_map(gpu, LIGHT, "shading_map", 2, gpu->textures[SHADING]);
-    set_map(gpu, LIGHT, "visibility_map", 3, texture);
-    set_map(gpu, LIGHT, "material_map", 4, gpu->scene.materials);
-    set_map(gpu, LIGHT, "corner_map", 5, gpu->corners);
-    set_vec3(gpu, LIGHT, "view_forward", lens->forward);
-    set_vec3(gpu, LIGHT, "view_right", v3_scale(lens->right, lens->half_x));
-    set_vec3(gpu, LIGHT, "view_up", v3_scale(lens->up, lens->half_y));
-    glUniform1f(at(gpu, LIGHT, "view_near"), (float)view->near_m);
-    glUniform1i(at(gpu, LIGHT, "view_reversed"), gpu->reversed);
-    glUniform1i(at(gpu, LIGHT, "kind"), (int)e.type);
-    glUniform1i(at(gpu, LIGHT, "count"), e.count);
+    glUseProgram(gpu->programs[program]);
+    set_map(gpu, program, "depth_map", 0, gpu->textures[DEPTH]);
+    set_map(gpu, program, "surface_map", 1, gpu->textures[SURFACE]);
+    set_map(gpu, program, "shading_map", 2, gpu->textures[SHADING]);
+    set_map(gpu, program, "visibility_map", 3, texture);
+    set_map(gpu, program, "material_map", 4, gpu->scene.materials);
+    set_map(gpu, program, "corner_map", 5, gpu->corners);
+    set_vec3(gpu, program, "view_forward", lens->forward);
+    set_vec3(gpu, program, "view_right", v3_scale(lens->right, lens->half_x));
+    set_vec3(gpu, program, "view_up", v3_scale(lens->up, lens->half_y));
+    glUniform1f(at(gpu, program, "view_near"), (float)view->near_m);
+    glUniform1i(at(gpu, program, "view_reversed"), gpu->reversed);
+    glUniform1i(at(gpu, program, "count"), e.count);
     vec3 middle = v3(e.center[0], e.center[1], e.center[2]);
-    set_vec3(gpu, LIGHT, "middle", v3_sub(middle, lens->eye));
-    set_vec3(gpu, LIGHT, "normal", v3(e.normal[0], e.normal[1], e.normal[2]));
-    glUniform1f(at(gpu, LIGHT, "radius"), e.radius);
-    glUniform1f(at(gpu, LIGHT, "sun_scale"), e.sum_scale);
-    set_vec3(gpu, LIGHT, "amount", v3_scale(v3(e.color[0], e.color[1], e.color[2]), exposure));
+    set_vec3(gpu, program, "middle", v3_sub(middle, lens->eye));
+    set_vec3(gpu, program, "normal", v3(e.normal[0], e.normal[1], e.normal[2]));
+    glUniform1f(at(gpu, program, "radius"), e.radius);
+    glUniform1f(at(gpu, program, "sun_scale"), e.sum_scale);
+    set_vec3(gpu, program, "amount", v3_scale(v3(e.color[0], e.color[1], e.color[2]), exposure));
     draw_cover(gpu);
     glDisable(GL_BLEND);
     view_emitter_finish(&e);
@@ -615,7 +623,7 @@ bool view_gpu_draw(struct view_gpu *gpu, struct view_scene *scene, struct view_f
     if (good) {
         /* A solver's first frame is drawn twice; only the second time counts. */
         struct view_times before = frame->times;
-        scene->twin->stop_us = started + WARM_MS * 1000;
+        scene->twin->stop_us = started + (WARM_MS + frame->state.patience_ms) * 1000;
         if (!all_warm(gpu, frame)) {
             status = draw_sides(gpu, frame);
             gpu->content = 0;
@@ -624,7 +632,7 @@ bool view_gpu_draw(struct view_gpu *gpu, struct view_scene *scene, struct view_f
             frame->times.update = update;
         }
         started = g_get_monotonic_time();
-        scene->twin->stop_us = started + VIEW_BLOCK_MS * 1000;
+        scene->twin->stop_us = started + frame->state.patience_ms * 1000;
         before = frame->times;
         if (status == PNB_OK)
             status = draw_sides(gpu, frame);

@@ -1,4 +1,6 @@
 /* viewer/graph.c: the times of the last frames, by stage, as stacked bars. */
+#include <stdlib.h>
+
 #include "panels.h"
 
 enum { BARS = 96, STAGES = 6 };
@@ -22,13 +24,23 @@ static double total_of(const double *times)
     return sum;
 }
 
-/* A round number of milliseconds above the tallest bar. */
+static int by_value(const void *a, const void *b)
+{
+    double x = *(const double *)a, y = *(const double *)b;
+    return (x > y) - (x < y);
+}
+
+/* A round number of milliseconds above nine of ten bars: one slow frame does not flatten the rest;
+ * it is cut off at the top. */
 static double scale_of(const struct graph *graph)
 {
     static const double rounds[] = {10, 20, 50, 100, 200, 500, 1000, 2000, 5000, 10000, 60000};
-    double most = 0;
+    double totals[BARS], most = 0;
     for (int i = 0; i < graph->count; i++)
-        most = MAX(most, total_of(graph->times[i]));
+        totals[i] = total_of(graph->times[i]);
+    qsort(totals, (size_t)graph->count, sizeof(double), by_value);
+    if (graph->count > 0)
+        most = totals[(graph->count - 1) * 9 / 10];
     for (gsize i = 0; i < G_N_ELEMENTS(rounds); i++)
         if (most <= rounds[i])
             return rounds[i];

@@ -39,6 +39,7 @@ struct view_script {
     bool failed, saved; /* since the command */
     bool done;
     struct view_measure *measure;
+    char *picture;    /* of the window, to be written when it has been laid out */
     GString *results; /* JSON objects */
     vec3 mark;
 };
@@ -105,6 +106,9 @@ static gboolean on_timer(gpointer data)
     script->timer = 0;
     if (script->wait == WAIT_TIME) {
         script->wait = WAIT_NONE;
+        if (script->picture && !view_window_picture(script->app->window, script->picture))
+            fail(script, "cannot be written");
+        g_clear_pointer(&script->picture, g_free);
         run(script);
     } else {
         fail(script, "waited too long");
@@ -432,8 +436,11 @@ static bool do_file(struct view_script *script, const char *command, const char 
             view_window_drop(app->window, path);
         return true;
     }
-    if (strcmp(command, "window") == 0)
-        return view_window_picture(app->window, path);
+    if (strcmp(command, "window") == 0) {
+        script->picture = g_strdup(path);
+        wait_for(script, WAIT_TIME, 60);
+        return true;
+    }
     wait_for(script, WAIT_SAVED, WAIT_MOST_MS);
     if (strcmp(command, "save") == 0)
         view_app_save(app, path);
@@ -472,6 +479,11 @@ static bool run_command(struct view_script *script, char **words, const char *re
     }
     if (strcmp(command, "truth") == 0) {
         app->state.truth_samples = atoi(one);
+        view_app_changed(app);
+        return true;
+    }
+    if (strcmp(command, "patience") == 0) {
+        app->state.patience_ms = atoi(one);
         view_app_changed(app);
         return true;
     }
@@ -604,6 +616,7 @@ void view_script_destroy(struct view_script *script)
     if (script->idle)
         g_source_remove(script->idle);
     view_measure_destroy(script->measure);
+    g_free(script->picture);
     g_string_free(script->results, TRUE);
     g_strfreev(script->lines);
     g_free(script->wanted);

@@ -6,6 +6,7 @@
  *   save PATH, screenshot PATH (as `render` makes it), shown PATH (as it is on the
  *                                     screen, without handles), window PATH
  *   method NAME, second NAME|off, samples N, param KEY=VALUE, truth N
+ *   patience MILLISECONDS               for a frame of OpenGL in the window
  *   show picture|visibility|error, divider SHARE, page NAME, theme light|dark
  *   select light|object INDEX|NAME, add-light SHAPE, remove-light, shape SHAPE
  *   point X Y, press X Y|HANDLE, move X Y, move-by DX DY, release, click X Y    pixels

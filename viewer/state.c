@@ -250,7 +250,7 @@ bool view_method_on_opengl(const struct view_method *method)
 
 void view_state_init(struct view_state *state)
 {
-    *state = (struct view_state){.error_scale = 0.1, .truth_samples = 1024};
+    *state = (struct view_state){.error_scale = 0.1, .truth_samples = 1024, .patience_ms = 250};
     const char *second = pnb_method_find("hard-map") ? "hard-map" : pnb_method(0)->name;
     view_method_init(&state->methods[0], pnb_method_find(pnb_default_method()));
     view_method_init(&state->methods[1], pnb_method_find(second));

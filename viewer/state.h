@@ -88,6 +88,7 @@ struct view_state {
     int truth_samples; /* refine the truth up to this many; 0: no truth */
     double exposure;   /* 0: automatic */
     bool window;       /* methods on OpenGL are drawn in the window's own context */
+    int patience_ms;   /* for which a frame may hold the window up, else the worker makes it */
 };
 
 /* Everything as the scene says. methods, show and the like stay; their first values are defaults.

@@ -325,11 +325,18 @@ static void on_after_paint(GdkFrameClock *clock, gpointer data)
     if (!app->first_full_us && shown.full)
         app->first_full_us = now - app->started_us;
     if (shown.serial != window->graphed || shown.width != window->graphed_width) {
-        view_graph_add(window->graph, app->frame, (double)(now - window->paint_us) * 1e-3);
+        double draw_ms = (double)(now - window->paint_us) * 1e-3 - app->frame->window_ms;
+        view_graph_add(window->graph, app->frame, MAX(draw_ms, 0));
         window->graphed = shown.serial;
         window->graphed_width = shown.width;
-        if (!app->moving)
+        if (!app->moving) {
             view_graph_redraw(window->graph);
+            if (app->frame->window[0] || app->frame->window[1]) { /* it knows more now */
+                show_banner(window);
+                show_info(window);
+                show_readout(window, NULL);
+            }
+        }
     }
     view_script_painted(app->script, now);
 }

@@ -1,7 +1,7 @@
 #!/bin/sh
 # The window from outside, under an X server of its own (Xvfb). Speaks TAP.
-#   viewer.sh PENUMBRA PENUMBRA-VIEW
-penumbra=$1 viewer=$2
+#   viewer.sh PENUMBRA PENUMBRA-VIEW NEAR
+penumbra=$1 viewer=$2 near=$3
 export PNB_VIEWER="$viewer" GTK_A11Y=none GDK_BACKEND=x11 GSK_RENDERER=cairo LC_ALL=C.UTF-8
 export GSETTINGS_BACKEND=memory DBUS_SESSION_BUS_ADDRESS=disabled: NO_AT_BRIDGE=1
 # Leaks of GTK, fontconfig and cairo are theirs.
@@ -52,7 +52,7 @@ one_line() { # status pattern
     [ "$code" = "$1" ] && [ "$(wc -l <err)" = 1 ] && grep -q "$2" err
 }
 
-echo 1..19
+echo 1..27
 
 env -u DISPLAY "$penumbra" view builtin:prism >out 2>err
 code=$?
@@ -266,6 +266,125 @@ END
 timeout 100 "$penumbra" view builtin:two-boxes -s 320x240 --script drag --frames 40 --json >out 2>err
 [ $? = 0 ] && grep -q '"p99": [0-9.]*' out && grep -q '"frames": 40' out
 report $? measured_drag
+
+# Methods on OpenGL draw in the window's own context, of desktop OpenGL and of ES. What is on the
+# screen is `render`'s picture but for edges, what is saved is it to the byte.
+if "$penumbra" methods | grep -q '^hard-volume'; then
+    for kind in desktop es; do
+        [ $kind = desktop ] || export GDK_DEBUG=gl-gles
+        {
+            echo "patience 100000"
+            echo "truth 0"
+            for scene in two-boxes three-lights jack-tube outdoor triangle-light; do
+                echo "open builtin:$scene"
+                for method in hard-volume pcss; do
+                    [ $scene-$method != outdoor-pcss ] || continue
+                    echo "method $method"
+                    echo "wait full"
+                    echo "expect window 0"
+                    echo "shown $kind-$scene-$method.png"
+                    echo "screenshot $scene-$method.png"
+                done
+            done
+        } >window.txt
+        script opengl_in_the_window_$kind builtin:prism <window.txt
+        unset GDK_DEBUG
+        bad_pictures=0
+        for picture in $kind-*.png; do
+            "$near" "$picture" "${picture#$kind-}" 2 0.0005 >>out 2>&1 || bad_pictures=1
+        done
+        [ "$bad_pictures" = 0 ] && [ "$(ls $kind-*.png | wc -l)" = 9 ]
+        report $? screen_is_render_s_picture_$kind
+    done
+    "$penumbra" render builtin:three-lights -m pcss -s 320x240 -o render.png -q >out 2>err
+    cmp three-lights-pcss.png render.png >out 2>&1
+    report $? screenshot_of_opengl_to_the_byte
+
+    # Both sides, either, none; the divider, errors, a drag of light, object and camera, another size.
+    script opengl_beside_the_processor builtin:two-boxes -m pcss <<'END'
+patience 100000
+truth 64
+second exact
+wait rest
+expect window 0
+expect headless 1
+divider 0.3
+show error
+wait rest
+point 50 200
+expect readout truth
+second hard-volume
+wait rest
+expect window 0
+expect window 1
+divider 0.6
+point 300 200
+expect readout truth
+method exact
+wait rest
+expect headless 0
+expect window 1
+show picture
+select light 0
+press move
+move-by 30 10
+move-by 20 10
+release
+expect moved
+select object tall box
+press move
+move-by 10 4
+move-by 20 4
+release
+expect moved
+press 10 200
+move 40 210
+move 60 210
+release
+add-light disk
+wait full
+method hard-volume
+second pcss
+shape sun
+wait full
+expect banner pcss
+remove-light
+wait full
+expect no-banner
+second off
+patience 0
+wait full
+expect headless 0
+expect info too slow
+open builtin:disk
+patience 100000
+wait full
+expect window 0
+END
+
+    # GTK without OpenGL: the same methods, read back.
+    GDK_DEBUG=gl-disable
+    export GDK_DEBUG
+    script opengl_without_the_window builtin:two-boxes -m hard-volume <<'END'
+truth 0
+wait full
+expect headless 0
+expect info read back
+screenshot back.png
+END
+    unset GDK_DEBUG
+    "$penumbra" render builtin:two-boxes -m hard-volume -s 320x240 -o render.png -q >out 2>err
+    cmp back.png render.png >out 2>&1
+    report $? opengl_without_the_window_to_the_byte
+else
+    for name in opengl_in_the_window_desktop screen_is_render_s_picture_desktop \
+        opengl_in_the_window_es screen_is_render_s_picture_es screenshot_of_opengl_to_the_byte \
+        opengl_beside_the_processor opengl_without_the_window \
+        opengl_without_the_window_to_the_byte; do
+        number=$((number + 1))
+        echo "ok $number - $name # SKIP built without OpenGL"
+    done
+fi
 
 # No OpenGL anywhere: the picture comes by cairo, and a method on OpenGL says what it lacks.
 if "$penumbra" methods | grep -q '^hard-volume'; then
