@@ -84,11 +84,11 @@ static pnb_status exact_update(pnb_solver *solver, pnb_update update)
         return status_fail(solver->context, PNB_ERROR_ARGUMENT, "update",
                            "objects or meshes were added; make a new solver");
     size_t slots = exact->scene->slots_max, clusters = exact->scene->clusters_max;
-    size_t vertices = exact->scene->vertices_max;
+    size_t vertices = exact->scene->vertices_max, instances = exact->scene->instance_capacity;
     pnb_status status = exact_scene_update(solver->scene, exact->scene, update);
     if (status == PNB_OK &&
         (exact->scene->slots_max > slots || exact->scene->clusters_max > clusters ||
-         exact->scene->vertices_max > vertices))
+         exact->scene->vertices_max > vertices || exact->scene->instance_capacity > instances))
         status = init_works(solver);
     return status;
 }

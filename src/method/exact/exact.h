@@ -7,6 +7,7 @@
 #include "light/light.h"
 #include "method/method.h"
 #include "silhouette/clusters.h"
+#include "silhouette/parts.h"
 
 /* ---- the light and its samples (exact_light.c) ---- */
 
@@ -221,12 +222,13 @@ struct exact_instance {
 #define EXACT_GROUP 8
 
 struct exact_scene {
-    struct clusters **meshes; /* per mesh of the scene; NULL: casts nowhere */
+    struct clusters **meshes; /* per mesh of the scene; NULL: casts nowhere, or has parts */
+    struct parts **parts;     /* NULL: in one piece */
     struct clusters **baked;  /* per object: made of its own when the placement is not invertible */
     size_t mesh_count, object_count;
     struct exact_instance *instances;
     struct exact_bounds *groups;
-    size_t instance_count;
+    size_t instance_count, instance_capacity;
     size_t slots_max, clusters_max, vertices_max; /* of any instance's mesh */
     size_t bytes, triangle_count;
 };

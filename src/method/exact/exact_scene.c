@@ -125,6 +125,26 @@ static void group_instances(struct exact_scene *exact)
     }
 }
 
+/* An instance of the clusters, placed as from is. */
+static void add_instance(struct exact_scene *exact, const struct exact_instance *from,
+                         const struct clusters *clusters)
+{
+    struct exact_instance *instance = &exact->instances[exact->instance_count];
+    if (clusters->cluster_count == 0)
+        return;
+    *instance = *from;
+    instance->clusters = clusters;
+    bound_instance(instance);
+    exact->instance_count++;
+    exact->triangle_count += clusters->slot_count;
+    if (clusters->slot_count > exact->slots_max)
+        exact->slots_max = clusters->slot_count;
+    if (clusters->cluster_count > exact->clusters_max)
+        exact->clusters_max = clusters->cluster_count;
+    if (clusters->vertex_count > exact->vertices_max)
+        exact->vertices_max = clusters->vertex_count;
+}
+
 static pnb_status place(pnb_scene *scene, struct exact_scene *exact)
 {
     static const double identity[12] = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};
@@ -136,38 +156,60 @@ static pnb_status place(pnb_scene *scene, struct exact_scene *exact)
         exact->baked[i] = NULL;
         if (!object->casts)
             continue;
-        struct exact_instance *instance = &exact->instances[exact->instance_count];
-        instance->clusters = exact->meshes[object->mesh];
-        instance->object = i;
-        memcpy(instance->world_from_mesh, object->world_from_mesh, sizeof(identity));
-        if (!invert(instance->world_from_mesh, instance->mesh_from_world)) {
+        struct exact_instance placed = {.object = i};
+        memcpy(placed.world_from_mesh, object->world_from_mesh, sizeof(identity));
+        if (!invert(placed.world_from_mesh, placed.mesh_from_world)) {
             pnb_status status = bake(scene->context, &scene->meshes[object->mesh],
                                      object->world_from_mesh, &exact->baked[i]);
             if (status != PNB_OK)
                 return status;
-            instance->clusters = exact->baked[i];
-            memcpy(instance->world_from_mesh, identity, sizeof(identity));
-            memcpy(instance->mesh_from_world, identity, sizeof(identity));
-        }
-        const struct clusters *clusters = instance->clusters;
-        if (clusters->cluster_count == 0)
+            memcpy(placed.world_from_mesh, identity, sizeof(identity));
+            memcpy(placed.mesh_from_world, identity, sizeof(identity));
+            add_instance(exact, &placed, exact->baked[i]);
             continue;
-        bound_instance(instance);
-        exact->instance_count++;
-        exact->triangle_count += clusters->slot_count;
-        if (clusters->slot_count > exact->slots_max)
-            exact->slots_max = clusters->slot_count;
-        if (clusters->cluster_count > exact->clusters_max)
-            exact->clusters_max = clusters->cluster_count;
-        if (clusters->vertex_count > exact->vertices_max)
-            exact->vertices_max = clusters->vertex_count;
+        }
+        const struct parts *parts = exact->parts[object->mesh];
+        for (size_t k = 0; parts && k < parts->count; k++)
+            add_instance(exact, &placed, parts->clusters[k]);
+        if (!parts)
+            add_instance(exact, &placed, exact->meshes[object->mesh]);
     }
     group_instances(exact);
-    exact->bytes = sizeof(*exact) + exact->object_count * sizeof(*exact->instances);
-    for (size_t i = 0; i < exact->mesh_count; i++)
+    exact->bytes = sizeof(*exact) + exact->instance_capacity * sizeof(*exact->instances);
+    for (size_t i = 0; i < exact->mesh_count; i++) {
         exact->bytes += exact->meshes[i] ? exact->meshes[i]->bytes : 0;
+        exact->bytes += exact->parts[i] ? exact->parts[i]->bytes : 0;
+    }
     for (size_t i = 0; i < exact->object_count; i++)
         exact->bytes += exact->baked[i] ? exact->baked[i]->bytes : 0;
+    return PNB_OK;
+}
+
+static pnb_status create_clusters(pnb_scene *scene, struct exact_scene *exact, size_t mesh)
+{
+    pnb_status status = parts_create(scene->context, &scene->meshes[mesh], &exact->parts[mesh]);
+    if (status == PNB_OK && !exact->parts[mesh])
+        status = clusters_create(scene->context, &scene->meshes[mesh], &exact->meshes[mesh]);
+    return status;
+}
+
+/* Room for the instances of all objects, whichever of them cast. */
+static pnb_status reserve_instances(pnb_scene *scene, struct exact_scene *exact)
+{
+    size_t count = 0;
+    for (size_t i = 0; i < scene->object_count; i++) {
+        const struct parts *parts = exact->parts[scene->objects[i].info.mesh];
+        count += parts ? parts->count : 1;
+    }
+    if (count <= exact->instance_capacity)
+        return PNB_OK;
+    memory_free(scene->context, exact->instances);
+    memory_free(scene->context, exact->groups);
+    exact->instances = memory_calloc(scene->context, count, sizeof(*exact->instances));
+    exact->groups = memory_calloc(scene->context, count, sizeof(*exact->groups));
+    exact->instance_capacity = count;
+    if (!exact->groups || !exact->instances)
+        return status_no_memory(scene->context, count * sizeof(*exact->instances));
     return PNB_OK;
 }
 
@@ -182,16 +224,17 @@ pnb_status exact_scene_create(pnb_scene *scene, struct exact_scene **out_scene)
     exact->object_count = scene->object_count;
     exact->meshes = memory_calloc(context, scene->mesh_count, sizeof(*exact->meshes));
     exact->baked = memory_calloc(context, scene->object_count, sizeof(*exact->baked));
-    exact->instances = memory_calloc(context, scene->object_count, sizeof(*exact->instances));
-    exact->groups = memory_calloc(context, scene->object_count, sizeof(*exact->groups));
+    exact->parts = memory_calloc(context, scene->mesh_count, sizeof(*exact->parts));
     pnb_status status = PNB_OK;
-    if (!exact->groups || !exact->meshes || !exact->baked || !exact->instances)
-        status = status_no_memory(context, scene->object_count * sizeof(*exact->instances));
+    if (!exact->meshes || !exact->baked || !exact->parts)
+        status = status_no_memory(context, scene->object_count * sizeof(*exact->baked));
     for (size_t i = 0; i < scene->object_count && status == PNB_OK; i++) {
         size_t mesh = scene->objects[i].info.mesh;
-        if (scene->objects[i].info.casts && !exact->meshes[mesh])
-            status = clusters_create(context, &scene->meshes[mesh], &exact->meshes[mesh]);
+        if (scene->objects[i].info.casts && !exact->meshes[mesh] && !exact->parts[mesh])
+            status = create_clusters(scene, exact, mesh);
     }
+    if (status == PNB_OK)
+        status = reserve_instances(scene, exact);
     if (status == PNB_OK)
         status = place(scene, exact);
     if (status != PNB_OK) {
@@ -210,6 +253,9 @@ void exact_scene_destroy(pnb_context *context, struct exact_scene *exact)
         clusters_destroy(context, exact->meshes[i]);
     for (size_t i = 0; i < exact->object_count && exact->baked; i++)
         clusters_destroy(context, exact->baked[i]);
+    for (size_t i = 0; i < exact->mesh_count && exact->parts; i++)
+        parts_destroy(context, exact->parts[i]);
+    memory_free(context, exact->parts);
     memory_free(context, exact->meshes);
     memory_free(context, exact->baked);
     memory_free(context, exact->instances);
@@ -217,18 +263,31 @@ void exact_scene_destroy(pnb_context *context, struct exact_scene *exact)
     memory_free(context, exact);
 }
 
+/* The mesh's vertices have moved. */
+static pnb_status refit(pnb_scene *scene, struct exact_scene *exact, size_t mesh)
+{
+    bool torn = false;
+    pnb_status status = PNB_OK;
+    if (exact->parts[mesh])
+        status = parts_refit(scene->context, exact->parts[mesh], &scene->meshes[mesh], &torn);
+    else if (exact->meshes[mesh])
+        torn = !clusters_refit(exact->meshes[mesh], &scene->meshes[mesh]);
+    if (status != PNB_OK || !torn)
+        return status;
+    clusters_destroy(scene->context, exact->meshes[mesh]);
+    parts_destroy(scene->context, exact->parts[mesh]);
+    exact->meshes[mesh] = NULL;
+    exact->parts[mesh] = NULL;
+    return create_clusters(scene, exact, mesh);
+}
+
 pnb_status exact_scene_update(pnb_scene *scene, struct exact_scene *exact, pnb_update update)
 {
-    if (update == PNB_UPDATE_VERTICES)
-        for (size_t i = 0; i < exact->mesh_count; i++) {
-            if (!exact->meshes[i] || clusters_refit(exact->meshes[i], &scene->meshes[i]))
-                continue;
-            clusters_destroy(scene->context, exact->meshes[i]);
-            exact->meshes[i] = NULL;
-            pnb_status status =
-                clusters_create(scene->context, &scene->meshes[i], &exact->meshes[i]);
-            if (status != PNB_OK)
-                return status;
-        }
-    return place(scene, exact);
+    pnb_status status = PNB_OK;
+    for (size_t i = 0; i < exact->mesh_count && update == PNB_UPDATE_VERTICES; i++)
+        if (status == PNB_OK)
+            status = refit(scene, exact, i);
+    if (status == PNB_OK)
+        status = reserve_instances(scene, exact);
+    return status == PNB_OK ? place(scene, exact) : status;
 }

@@ -27,9 +27,9 @@ bool exact_work_init(pnb_context *context, const struct exact_scene *scene, stru
     work->kept = memory_alloc(context, scene->clusters_max, sizeof(*work->kept));
     work->centers = memory_calloc(context, scene->clusters_max, sizeof(*work->centers));
     work->vertex_weight = memory_calloc(context, scene->vertices_max, sizeof(*work->vertex_weight));
-    work->candidates = memory_alloc(context, scene->instance_count, sizeof(*work->candidates));
-    work->nearby = memory_alloc(context, scene->instance_count, 2 * sizeof(*work->nearby));
-    work->found = work->nearby + scene->instance_count;
+    work->candidates = memory_alloc(context, scene->instance_capacity, sizeof(*work->candidates));
+    work->nearby = memory_alloc(context, scene->instance_capacity, 2 * sizeof(*work->nearby));
+    work->found = work->nearby + scene->instance_capacity;
     return work->nearby && work->state && work->cluster_state && work->kept && work->centers &&
            work->vertex_weight && work->candidates;
 }
