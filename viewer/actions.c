@@ -228,6 +228,7 @@ static void do_stop(GSimpleAction *action, GVariant *parameter, gpointer data)
 {
     view_motion_stop(app_of(data)->motion);
     view_app_stop(data);
+    gtk_widget_grab_focus(GTK_WIDGET(view_window_canvas(app_of(data)->window)));
 }
 
 static void do_method(GSimpleAction *action, GVariant *parameter, gpointer data)
@@ -361,7 +362,7 @@ static const struct {
 
 static const struct {
     const char *key, *action;
-} on_canvas[] = {
+} alone[] = {
     {"1", "win.show('picture')"},
     {"2", "win.show('visibility')"},
     {"3", "win.show('error')"},
@@ -391,20 +392,21 @@ static void add_keys(struct view_app *app)
         gtk_application_set_accels_for_action(app->application, everywhere[i].action,
                                               everywhere[i].keys);
     GtkEventController *controller = gtk_shortcut_controller_new();
-    for (gsize i = 0; i < G_N_ELEMENTS(on_canvas); i++) {
+    for (gsize i = 0; i < G_N_ELEMENTS(alone); i++) {
         char *name = NULL;
         GVariant *target = NULL;
-        if (!g_action_parse_detailed_name(on_canvas[i].action, &name, &target, NULL))
+        if (!g_action_parse_detailed_name(alone[i].action, &name, &target, NULL))
             continue;
-        GtkShortcut *shortcut = gtk_shortcut_new(
-            gtk_shortcut_trigger_parse_string(on_canvas[i].key), gtk_named_action_new(name));
+        GtkShortcut *shortcut = gtk_shortcut_new(gtk_shortcut_trigger_parse_string(alone[i].key),
+                                                 gtk_named_action_new(name));
         gtk_shortcut_set_arguments(shortcut, target);
         gtk_shortcut_controller_add_shortcut(GTK_SHORTCUT_CONTROLLER(controller), shortcut);
         g_free(name);
         if (target)
             g_variant_unref(target);
     }
-    gtk_widget_add_controller(GTK_WIDGET(view_window_canvas(app->window)), controller);
+    /* Wherever the focus is: an entry keeps the keys that it types, a button its space. */
+    gtk_widget_add_controller(view_window_widget(app->window), controller);
 }
 
 /* ---- the header bar ---- */

@@ -131,6 +131,9 @@ static void show_readout(struct view_window *window, const char *hint)
         if (hint)
             g_string_append_printf(text, "%s%s", text->len ? "   ·   " : "", hint);
     }
+    if (text->len == 0 && app->scene)
+        g_string_append(
+            text, "Drag the light by its yellow handle; drag elsewhere to turn; F1: all keys");
     gtk_label_set_text(GTK_LABEL(window->readout), text->str);
     g_string_free(text, TRUE);
 }
@@ -431,6 +434,9 @@ static GtkWidget *make_status(struct view_window *window)
     gtk_box_append(GTK_BOX(box), window->progress);
     gtk_box_append(GTK_BOX(box), window->stop);
     window->info = status_label(box, false);
+    gtk_widget_set_tooltip_text(window->info,
+                                "Pixels of this frame, its time, where OpenGL drew it, samples of "
+                                "the truth so far");
     gtk_widget_set_visible(window->progress, FALSE);
     gtk_widget_set_visible(window->stop, FALSE);
     gtk_widget_set_visible(window->stage, FALSE);

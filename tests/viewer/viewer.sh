@@ -414,9 +414,10 @@ wait full
 where move
 wait 300
 say ready
-wait 2500
+wait 5000
 expect moved
 expect second hard-map
+expect method planar
 END
     timeout 60 "$penumbra" view builtin:two-boxes -s 320x240 --script events.script >out 2>err &
     view=$!
@@ -426,7 +427,8 @@ END
     done
     set -- $(sed -n 's/^move //p' out)
     xdotool mousemove "$1" "$2" mousedown 1 sleep 0.1 mousemove_relative 20 10 sleep 0.1 \
-        mousemove_relative 20 10 sleep 0.1 mouseup 1 sleep 0.1 key c 2>/dev/null
+        mousemove_relative 20 10 sleep 0.1 mouseup 1 sleep 0.1 key c sleep 0.3 key F10 sleep 0.6 \
+        key Escape sleep 0.6 key m 2>/dev/null
     wait $view
     report $? events_of_the_x_server
 else
