@@ -36,6 +36,21 @@ bool opengl_wanted(const pnb_solver *solver)
     return solver->adopts || strcmp(solver_param(solver, "path"), "opengl") == 0;
 }
 
+#define PROGRESS_EVERY_MS 50.0
+
+pnb_status opengl_progress(pnb_solver *solver, struct opengl_state *state, double share,
+                           double *last_ms)
+{
+    double now = clock_ms();
+    if (*last_ms == 0)
+        *last_ms = now;
+    if (!solver->context->desc.progress || now - *last_ms < PROGRESS_EVERY_MS)
+        return PNB_OK;
+    gl_device_finish(state->device);
+    *last_ms = clock_ms();
+    return parallel_for_progress(solver->context, "visibility", share, share, 0, 1, NULL, NULL);
+}
+
 static pnb_status upload_occluders(struct opengl_solver *gl, pnb_scene *scene)
 {
     pnb_status status = gl->state.occluders ? gl_occluders_update(scene, &gl->state.occluders)

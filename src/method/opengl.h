@@ -36,6 +36,12 @@ struct opengl_method {
  * says so, or it lives in the caller's context. */
 bool opengl_wanted(const pnb_solver *solver);
 
+/* Between the passes of a long draw(): every now and then waits until they are drawn and reports the
+ * share. *last_ms: 0 at first. PNB_ERROR_CANCELLED: the caller has asked to stop. Nothing without a
+ * progress callback. */
+pnb_status opengl_progress(pnb_solver *solver, struct opengl_state *state, double share,
+                           double *last_ms);
+
 pnb_status opengl_create(pnb_solver *solver);
 void opengl_destroy(pnb_solver *solver);
 pnb_status opengl_update(pnb_solver *solver, pnb_update update);

@@ -360,6 +360,15 @@ open builtin:disk
 patience 100000
 wait full
 expect window 0
+patience 250
+method sampled-maps
+param path=opengl
+samples 60000
+expect progress
+stop
+wait 300
+method exact
+wait full
 END
 
     # GTK without OpenGL: the same methods, read back.

@@ -74,6 +74,7 @@ static pnb_status maps_draw(pnb_solver *solver, struct opengl_state *state,
         return status;
     struct gl_clear clear = {.color = {true}};
     gl_target_clear(target, &clear);
+    double last_ms = 0;
     for (int i = 0; i < count && status == PNB_OK; i++) {
         vec3 at = sample_at(solver, shape, i, count);
         status =
@@ -89,6 +90,8 @@ static pnb_status maps_draw(pnb_solver *solver, struct opengl_state *state,
         *rest++ = gl_float("share", 1.0 / count);
         if (status == PNB_OK)
             gl_draw_cover(state->device, &draw);
+        if (status == PNB_OK)
+            status = opengl_progress(solver, state, (i + 1.0) / count, &last_ms);
     }
     gl_target_destroy(target);
     solver->report.samples = count;
