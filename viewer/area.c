@@ -29,6 +29,7 @@ static void draw(struct view_area *area)
     bool good = view_gpu_draw(area->gpu, app->scene, frame, &drawn);
     area->fresh = false;
     frame->window_ms = drawn.ms;
+    frame->drawn = true;
     drawn.ms += frame->worker_ms;
     view_worker_drawn(app->worker, &drawn);
     for (int side = 0; side < VIEW_SIDES && good && frame->full && !frame->moving; side++)

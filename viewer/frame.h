@@ -29,6 +29,7 @@ struct view_frame {
     int level;         /* of the pacing */
     double worker_ms;  /* what the worker's part took */
     double window_ms;  /* what the window's took, once it has drawn */
+    bool drawn, told;  /* its own sides by the window; and the window's texts know of it */
     uint64_t content;  /* another whenever the window has to solve again */
     char refusal[128]; /* why the window does not draw a method on OpenGL; "" */
     enum view_show show;

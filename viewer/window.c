@@ -44,6 +44,8 @@ ViewCanvas *view_window_canvas(struct view_window *window)
 static void show_banner(struct view_window *window)
 {
     const struct view_frame *frame = window->app->frame;
+    if (frame && (frame->window[0] || frame->window[1]) && !frame->drawn && !window->error)
+        return; /* it may have something to say once it is drawn */
     const char *text = window->error;
     for (int side = 0; frame && !text && side < VIEW_SIDES; side++)
         if (frame->message[side][0])
@@ -334,12 +336,13 @@ static void on_after_paint(GdkFrameClock *clock, gpointer data)
         window->graphed_width = shown.width;
         if (!app->moving) {
             view_graph_redraw(window->graph);
-            if (app->frame->window[0] || app->frame->window[1]) { /* it knows more now */
-                show_banner(window);
-                show_info(window);
-                show_readout(window, NULL);
-            }
         }
+    }
+    if (app->frame->drawn && !app->frame->told && !app->moving) {
+        app->frame->told = true;
+        show_banner(window);
+        show_info(window);
+        show_readout(window, NULL);
     }
     view_script_painted(app->script, now);
 }

@@ -347,6 +347,7 @@ method hard-volume
 second pcss
 shape sun
 wait full
+wait rest
 expect banner pcss
 remove-light
 wait full
