@@ -80,6 +80,7 @@ static void dbuffer_destroy(pnb_solver *solver, struct opengl_state *state)
     gl_program_destroy(b->evaluate);
     gl_program_destroy(b->point);
     gl_buffer_destroy(b->faces);
+    gl_texture_destroy(b->lines);
     gl_depth_map_destroy(b->point_map);
     dbuffer_volumes_finish(&b->volumes);
     memory_free(solver->context, b->face_vertices);
@@ -160,6 +161,8 @@ static void draw_pixels(struct dbuffer_pass *pass, const struct gl_frame *frame,
     *u++ = gl_vec3("axis_u", &pass->disk->u.x);
     *u++ = gl_vec3("axis_v", &pass->disk->v.x);
     *u++ = gl_vec3("axis_n", &pass->disk->normal.x);
+    *u++ = gl_float("radius", pass->disk->radius);
+    *u++ = gl_sampler("lines", b->lines);
     *u++ = gl_float("bias", b->bias);
     *u++ = gl_int("map_face_count", b->map.face_count);
     *u++ = gl_floats("map_axes", GL_UNIFORM_VEC3, pass->axes, 3 * b->map.face_count);

@@ -8,6 +8,8 @@
 
 #include "method/dbuffer/room.h"
 
+#define FACE_FLOATS 12 /* of a vertex: its place, v1, v2, p, line */
+
 static pnb_status make_program(struct dbuffer *b, const char *vertex, const char *fragment,
                                const char *defines, const char *const *attributes, int count,
                                struct gl_program **out)
@@ -23,10 +25,10 @@ static pnb_status make_program(struct dbuffer *b, const char *vertex, const char
 pnb_status dbuffer_programs_create(pnb_solver *solver, struct dbuffer *b)
 {
     static const char *const position[] = {"position"}, *const piece[] = {"v1",       "v2",
-                                                                          "p",        "corner",
+                                                                          "p",        "lines",
                                                                           "outline1", "outline2",
                                                                           "outline_p"},
-                             *const face[] = {"position", "v1", "v2", "p"};
+                             *const face[] = {"position", "v1", "v2", "p", "line"};
     const char *layered = b->layers == 2 ? "#define LAYERS2 1\n" : "";
     char defines[256];
     pnb_status status = PNB_OK;
@@ -50,7 +52,7 @@ pnb_status dbuffer_programs_create(pnb_solver *solver, struct dbuffer *b)
                  second);
         if (status == PNB_OK)
             status = make_program(b, "method/dbuffer/face.vert", "method/dbuffer/volume.frag",
-                                  defines, face, 4, &b->draw_face[layer]);
+                                  defines, face, 5, &b->draw_face[layer]);
     }
     const char *v = solver_param(solver, "v");
     snprintf(defines, sizeof(defines), "%s%s#define V_FORM %d\n", layered,
@@ -173,7 +175,7 @@ static void draw_pieces(struct dbuffer_pass *pass, struct gl_draw *draw, struct 
     } attributes[] = {{3, offsetof(struct dbuffer_piece, v1)},
                       {3, offsetof(struct dbuffer_piece, v2)},
                       {4, offsetof(struct dbuffer_piece, p1)},
-                      {2, offsetof(struct dbuffer_piece, corner)},
+                      {2, offsetof(struct dbuffer_piece, line)},
                       {3, offsetof(struct dbuffer_piece, outline1)},
                       {3, offsetof(struct dbuffer_piece, outline2)},
                       {2, offsetof(struct dbuffer_piece, outline_p)}};
@@ -190,16 +192,16 @@ static void draw_pieces(struct dbuffer_pass *pass, struct gl_draw *draw, struct 
 
 static void draw_faces(struct dbuffer_pass *pass, struct gl_draw *draw, struct gl_program *program)
 {
-    static const int components[] = {3, 3, 3, 2};
+    static const int components[] = {3, 3, 3, 2, 1};
     struct dbuffer *b = pass->b;
-    size_t stride = 11 * sizeof(float), offset = 0;
+    size_t stride = FACE_FLOATS * sizeof(float), offset = 0;
     if (b->volumes.face_count == 0)
         return;
     memset(draw->attributes, 0, sizeof(draw->attributes));
     draw->program = program;
     draw->instances = 0;
     draw->count = 3 * b->volumes.face_count;
-    for (int i = 0; i < 4; i++) {
+    for (int i = 0; i < 5; i++) {
         draw->attributes[i] =
             (struct gl_attribute){b->faces, components[i], false, stride, offset, 0};
         offset += (size_t)components[i] * sizeof(float);
@@ -228,13 +230,39 @@ static void draw_volume(struct dbuffer_pass *pass, int kind, int layer)
     if (b->layers == 2)
         *u++ = gl_sampler("behind_texture", b->textures[OCCLUDER][1]);
     if (layer == 1)
-        *u++ = gl_sampler("first_texture", b->textures[kind][0]);
+        *u++ = gl_sampler("first_texture", b->textures[kind][0]),
+        *u++ = gl_sampler("lines", b->lines);
     int which = kind == PENUMBRA;
     draw_pieces(pass, &draw, b->draw[kind][layer], b->quads[which], b->volumes.quads[which].count);
     draw_pieces(pass, &draw, b->draw_fan[kind][layer], b->fans[which],
                 b->volumes.fans[which].count);
     if (kind == UMBRA)
         draw_faces(pass, &draw, b->draw_face[layer]);
+}
+
+/* Lines as a picture that pixels fetch from, two texels each. */
+static pnb_status upload_lines(pnb_solver *solver, struct dbuffer *b)
+{
+    struct dbuffer_volumes *v = &b->volumes;
+    size_t rows = v->line_count / DBUFFER_LINES + 1, capacity = rows * DBUFFER_LINES;
+    pnb_status status = PNB_OK;
+    if (!b->lines || (size_t)gl_texture_height(b->lines) < rows) {
+        rows += rows / 2;
+        struct gl_texture_desc desc = {
+            .format = GL_FORMAT_RGBA32F, .width = 2 * DBUFFER_LINES, .height = (int)rows};
+        gl_texture_destroy(b->lines);
+        b->lines = NULL;
+        status = gl_texture_create(b->device, &desc, &b->lines);
+    }
+    if (status != PNB_OK)
+        return status;
+    capacity = (size_t)gl_texture_height(b->lines) * DBUFFER_LINES;
+    if (!memory_reserve(solver->context, (void **)&v->lines, &v->line_capacity, v->line_count,
+                        capacity - v->line_count, sizeof(*v->lines)))
+        return status_no_memory(solver->context, capacity * sizeof(*v->lines));
+    memset(v->lines + v->line_count, 0, (capacity - v->line_count) * sizeof(*v->lines));
+    gl_texture_upload(b->lines, 0, v->lines);
+    return PNB_OK;
 }
 
 pnb_status dbuffer_volumes_upload(pnb_solver *solver, struct dbuffer *b)
@@ -247,21 +275,25 @@ pnb_status dbuffer_volumes_upload(pnb_solver *solver, struct dbuffer *b)
             status = gl_buffer_write(i < 2 ? b->quads[i] : b->fans[i - 2], p->pieces,
                                      p->count * sizeof(*p->pieces));
     }
+    if (status == PNB_OK)
+        status = upload_lines(solver, b);
     if (status != PNB_OK || v->face_count == 0)
         return status;
     if (!memory_reserve(solver->context, (void **)&b->face_vertices, &b->face_capacity, 0,
-                        33 * v->face_count, sizeof(float)))
-        return status_no_memory(solver->context, 132 * v->face_count);
+                        3 * FACE_FLOATS * v->face_count, sizeof(float)))
+        return status_no_memory(solver->context, 3 * FACE_FLOATS * v->face_count * sizeof(float));
     float *out = b->face_vertices;
     for (size_t i = 0; i < v->face_count; i++)
-        for (int k = 0; k < 3; k++, out += 11) {
+        for (int k = 0; k < 3; k++, out += FACE_FLOATS) {
             const struct dbuffer_face *face = &v->faces[i];
             memcpy(out, face->corners[k], 3 * sizeof(float));
             memcpy(out + 3, face->v1, 3 * sizeof(float));
             memcpy(out + 6, face->v2, 3 * sizeof(float));
             memcpy(out + 9, face->p, 2 * sizeof(float));
+            out[11] = face->line;
         }
-    return gl_buffer_write(b->faces, b->face_vertices, 33 * v->face_count * sizeof(float));
+    return gl_buffer_write(b->faces, b->face_vertices,
+                           3 * FACE_FLOATS * v->face_count * sizeof(float));
 }
 
 void dbuffer_draw_faces(struct dbuffer_pass *pass)

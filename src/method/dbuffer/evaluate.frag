@@ -29,16 +29,16 @@ float own_distance(vec3 n, vec2 tap, int face, float under, float d)
     return along * under > 0.0 ? clamp(under / along, 0.7 * d, 1.4 * d) : d;
 }
 
-float visibility_at(ivec3 texel, float d, float slack, bool backfacing)
+float visibility_at(ivec3 texel, vec3 x, float d, float slack, bool backfacing)
 {
     if (is_hidden(texel, d, slack, backfacing)) {
         // The centre is hidden: what is seen past the occluder's edges.
-        Cut first = cut_at(texelFetch(umbra_texture, texel, 0), d);
+        Cut first = cut_at(texelFetch(umbra_texture, texel, 0), x, d, -1.0);
 #ifdef LAYERS2
         float behind = texelFetch(behind_texture, texel, 0).r;
         if (behind > 0.0 && d <= behind + slack)
             return first.area;
-        Cut second = cut_at(texelFetch(umbra2_texture, texel, 0), d);
+        Cut second = cut_at(texelFetch(umbra2_texture, texel, 0), x, d, -1.0);
         // Two occluders: what both let through. One: all that it lets through.
         return behind > 0.0 ? cuts_overlap(first, second) : cuts_union(first, second);
 #else
@@ -46,7 +46,7 @@ float visibility_at(ivec3 texel, float d, float slack, bool backfacing)
 #endif
     }
     // The centre is seen: what the occluder's edges hide.
-    Cut first = cut_at(texelFetch(penumbra_texture, texel, 0), d);
+    Cut first = cut_at(texelFetch(penumbra_texture, texel, 0), x, d, 1.0);
 #if V_FORM == 2
     // sqrt(t) is no area: 1 - V(1 - t).
     first.area = first.t > 0.0 ? first.area * (1.0 - cap(1.0 - first.t)) / cap(first.t) : 0.0;
@@ -54,9 +54,9 @@ float visibility_at(ivec3 texel, float d, float slack, bool backfacing)
     float hides = first.area;
 #ifdef LAYERS2
     if (first.t > 0.0) {
-        hides = cuts_union(first, cut_at(texelFetch(penumbra2_texture, texel, 0), d));
+        hides = cuts_union(first, cut_at(texelFetch(penumbra2_texture, texel, 0), x, d, 1.0));
         // Light past the far side of a narrow occluder.
-        hides -= cuts_overlap(first, cut_at(texelFetch(umbra_texture, texel, 0), d));
+        hides -= cuts_overlap(first, cut_at(texelFetch(umbra_texture, texel, 0), x, d, -1.0));
     }
 #endif
     return 1.0 - min(hides, 1.0);
@@ -106,7 +106,8 @@ void main()
         vec2 place = vec2(k & 1, k >> 1), weight = mix(1.0 - part, part, place);
         vec2 tap = clamp(low + place, vec2(0.0), vec2(map_size - 1.0));
         float own = own_distance(n, tap, face, under, d);
-        sum += weight.x * weight.y * visibility_at(ivec3(tap, face), own, slack, backfacing);
+        sum += weight.x * weight.y * visibility_at(ivec3(tap, face), own * map_ray(face, tap), own, slack,
+                                                    backfacing);
     }
     visibility = clamp(sum, 0.0, 1.0);
 }

@@ -9,6 +9,7 @@
 
 struct gl_depth_map;
 
+#define DBUFFER_LINES 256
 enum { OCCLUDER, UMBRA, PENUMBRA, KINDS };
 
 struct dbuffer {
@@ -19,6 +20,7 @@ struct dbuffer {
     struct dbuffer_map map;
     struct gl_buffer *quads[2], *fans[2]; /* umbra, penumbra */
     struct gl_buffer *faces;
+    struct gl_texture *lines; /* DBUFFER_LINES a row, two texels each */
     float *face_vertices;
     size_t face_capacity;
     struct gl_program *draw[KINDS][2]; /* by layer; of volumes, the quads */

@@ -15,7 +15,7 @@
 
 // piece.glsl
 flat in vec3 line_a, line_b, outline_a, outline_b;
-flat in vec2 tangent, corners, outline_tangent;
+flat in vec2 tangent, lines_of, outline_tangent;
 flat in vec4 plane, outline_plane;
 flat in float angle, outline_angle;
 #ifdef FACE
@@ -29,26 +29,18 @@ uniform highp sampler2DArray behind_texture; // the next occluder's
 #endif
 #ifdef SECOND
 uniform highp sampler2DArray first_texture;
+uniform highp sampler2D lines; // visibility.glsl
+
+// Edges that an edge of the first layer counts itself.
+bool counted(float first, float line)
+{
+    ivec2 at = ivec2(2 * (int(first) % 256), int(first) / 256);
+    vec3 known = vec3(first, texelFetch(lines, at, 0).w, texelFetch(lines, at + ivec2(1, 0), 0).w);
+    return first >= 0.0 && line >= 0.0 && any(equal(floor(known), vec3(line)));
+}
 #endif
 
-out vec4 distances; // from c to the volume, to the silhouette; the tangent's angle; a corner
-
-const float PI = 3.14159265;
-
-// A corner, where a second edge begins: of a quad, how far its vertex stands to the side of the
-// tangent point, in radii, and the next quad's angle; of a fan (negative), both quads' angles.
-// 12 bits each; 2^24: none.
-float pack(float a, float b)
-{
-    return floor(clamp(a, 0.0, 0.9999) * 4096.0) + 4096.0 * floor(clamp(b, 0.0, 0.9999) * 4096.0);
-}
-
-// How far to the side of the tangent point a vertex appears, seen from x, in radii.
-float aside(vec3 x, vec3 v)
-{
-    vec2 seen = v.xy + (v.xy - x.xy) * (v.z / max(x.z - v.z, 1e-6 * x.z));
-    return dot(seen - tangent, vec2(-tangent.y, tangent.x)) / (radius * radius);
-}
+out vec4 distances; // from c to the volume, to the silhouette; the tangent's angle; the edge's line
 
 // Where the line from x to an extrusion point passes the line ab: a + k (b - a).
 float pass_at(vec3 x, vec3 a, vec3 b, vec2 p)
@@ -83,7 +75,7 @@ void main()
     ivec3 texel = ivec3(gl_FragCoord.xy, face);
     float occluder = texelFetch(occluder_texture, texel, 0).r;
     vec3 ray = map_ray(face, vec2(texel.xy)), e;
-    float q, s, of = angle, corner = 16777216.0;
+    float q, s, of = angle, line = lines_of.x;
 #ifdef FAN
     // The cone over an arc of the rim.
     s = line_a.z / ray.z;
@@ -94,8 +86,6 @@ void main()
     q = radius * s / (radius - b);
     of = atan(off.y, off.x);
     e = line_a;
-    if (corners.x < 10.0)
-        corner = -1.0 - pack(0.5 + corners.x / (2.0 * PI), 0.5 + corners.y / (2.0 * PI));
 #else
     // The plane through the edge and its extrusion point.
     q = plane.w / dot(plane.xyz, ray);
@@ -129,21 +119,13 @@ void main()
             q = q2;
             s = mix(outline_a.z, outline_b.z, k) / ray.z;
             of = outline_angle;
+            line = lines_of.y;
         }
     }
 #endif
     if (!(s > 0.0))
         discard;
     s = min(s, 0.99999 * q);
-#ifndef FACE
-    // The nearer of its ends that is a corner.
-    float off1 = corners.x < 10.0 ? aside(q * ray, line_a) : 8.0;
-    float off2 = corners.y < 10.0 ? aside(q * ray, line_b) : 8.0;
-    bool first = abs(off1) < abs(off2);
-    float off = first ? off1 : off2;
-    if (abs(off) < 8.0)
-        corner = pack(0.5 + off / 16.0, 0.5 + (first ? corners.x : corners.y) / (2.0 * PI));
-#endif
 #endif
 
 #ifdef UMBRA
@@ -167,8 +149,11 @@ void main()
 #endif
     }
 #ifdef SECOND
-    else if (q <= texelFetch(first_texture, texel, 0).r * 1.00001)
-        discard;
+    else {
+        vec4 first = texelFetch(first_texture, texel, 0);
+        if (q <= first.x * 1.00001 || counted(first.w, line))
+            discard;
+    }
 #endif
 #endif
 #else
@@ -176,10 +161,11 @@ void main()
     if (occluder > 0.0 && q >= occluder)
         discard;
 #ifdef SECOND
-    if (q <= texelFetch(first_texture, texel, 0).r * 1.00001)
+    vec4 first = texelFetch(first_texture, texel, 0);
+    if (q <= first.x * 1.00001 || counted(first.w, line))
         discard;
 #endif
 #endif
-    distances = vec4(q, s, of, corner);
+    distances = vec4(q, s, of, line);
     gl_FragDepth = min(q * per_far, 1.0);
 }

@@ -2,7 +2,7 @@
 // v1, v2 and the points where the lines away from p1 and p2 reach the farthest receiver.
 in vec3 v1, v2; // light space
 in vec4 p;      // p1, p2: in the light's plane
-in vec2 corner;
+in vec2 lines; // the edge's and the outline's index
 in vec3 outline1, outline2;
 in vec2 outline_p;
 uniform mat4 clip_from_light;
@@ -24,6 +24,6 @@ void main()
               : k == 1 ? vec4(v2, 1.0)
               : k == 2 ? extrude(v2, p.zw)
                        : extrude(v1, p.xy);
-    pass_piece(v1, v2, p.xy, corner, outline1, outline2, outline_p);
+    pass_piece(v1, v2, p.xy, lines, outline1, outline2, outline_p);
     gl_Position = clip_from_light * at;
 }

@@ -67,6 +67,7 @@ void dbuffer_volumes_finish(struct dbuffer_volumes *volumes)
         memory_free(context, volumes->quads[i].pieces);
         memory_free(context, volumes->fans[i].pieces);
     }
+    memory_free(context, volumes->lines);
     memory_free(context, volumes->faces);
     memory_free(context, volumes->facing);
     memory_free(context, volumes->links);
@@ -104,9 +105,22 @@ static struct dbuffer_piece *add_piece(pnb_context *context, struct dbuffer_piec
     for (int i = 0; i < 2; i++) {
         piece->p1[i] = (float)p1[i];
         piece->p2[i] = (float)p2[i];
-        piece->corner[i] = DBUFFER_NONE;
     }
+    piece->line = piece->outline_line = DBUFFER_NONE;
     return piece;
+}
+
+static bool add_line(struct dbuffer_volumes *s, vec3 v1, vec3 v2, float *out_index)
+{
+    if (!memory_reserve(s->context, (void **)&s->lines, &s->line_capacity, s->line_count, 1,
+                        sizeof(*s->lines)))
+        return false;
+    *out_index = (float)s->line_count;
+    struct dbuffer_line *line = &s->lines[s->line_count++];
+    v3_storef(line->v1, v1);
+    v3_storef(line->v2, v2);
+    line->before = line->after = DBUFFER_NONE;
+    return true;
 }
 
 /* det[a - p, b - p, x - p]: negative where x lies left of ab, seen from p. */
@@ -191,7 +205,7 @@ static const struct gl_edge *outline_of_edge(const struct dbuffer_volumes *s,
 }
 
 /* The outline before an umbra edge: the edge itself where no other is found. */
-static void add_outline(const struct dbuffer_volumes *s, const struct gl_occluders *o,
+static bool add_outline(struct dbuffer_volumes *s, const struct gl_occluders *o,
                         const struct silhouette_disk *disk, const struct gl_edge *edge,
                         const vec3 ends[2], const double p[2], struct dbuffer_piece *piece)
 {
@@ -205,12 +219,16 @@ static void add_outline(const struct dbuffer_volumes *s, const struct gl_occlude
         bool known = out.x * p[0] + out.y * p[1] > OUTLINE_COSINE * disk->radius * v3_length(out);
         if (!known)
             at[0] = ends[0], at[1] = ends[1];
-        else if (outline != edge && silhouette_disk_tangents(disk->radius, at[0], at[1], points))
+        else if (outline != edge && silhouette_disk_tangents(disk->radius, at[0], at[1], points)) {
             for (int i = 0; i < 2; i++)
                 piece->outline_p[i] = (float)points[0][i];
+            if (!add_line(s, at[0], at[1], &piece->outline_line))
+                return false;
+        }
     }
     v3_storef(piece->outline1, at[0]);
     v3_storef(piece->outline2, at[1]);
+    return true;
 }
 
 /* The quad of a directed silhouette edge, and its ends for the fans. */
@@ -237,11 +255,14 @@ static bool add_edge(struct dbuffer_volumes *s, const struct gl_occluders *o,
     link.piece = s->quads[penumbra].count;
     struct dbuffer_piece *piece =
         add_piece(s->context, &s->quads[penumbra], link.ends[0], link.ends[1], p, p);
-    if (!piece || !memory_reserve(s->context, (void **)&s->links, &s->link_capacity, s->link_count,
-                                  1, sizeof(*s->links)))
+    if (!piece ||
+        !memory_reserve(s->context, (void **)&s->links, &s->link_capacity, s->link_count, 1,
+                        sizeof(*s->links)) ||
+        !add_line(s, link.ends[0], link.ends[1], &piece->line))
         return false;
-    if (!penumbra && o->objects[object].closed)
-        add_outline(s, o, disk, edge, link.ends, p, piece);
+    if (!penumbra && o->objects[object].closed &&
+        !add_outline(s, o, disk, edge, link.ends, p, piece))
+        return false;
     s->links[s->link_count++] = link;
     return true;
 }
@@ -302,12 +323,6 @@ static bool add_fan(struct dbuffer_volumes *s, bool penumbra, double radius,
     double step = turn / count, start = atan2(in->p[1], in->p[0]);
     double outside = radius / cos(step / 2), last[2] = {in->p[0], in->p[1]};
     struct dbuffer_piece *quads = s->quads[penumbra].pieces;
-    bool corner = fabs(turn) < CORNER_MAX;
-    float angles[2] = {(float)start, (float)atan2(out->p[1], out->p[0])};
-    if (corner) {
-        quads[in->piece].corner[1] = angles[1];
-        quads[out->piece].corner[0] = angles[0];
-    }
     for (int i = 0; i <= count; i++) {
         double angle = start + (i == count ? turn : (i + 0.5) * step);
         double r = i == count ? radius : outside, p[2] = {r * cos(angle), r * sin(angle)};
@@ -315,8 +330,7 @@ static bool add_fan(struct dbuffer_volumes *s, bool penumbra, double radius,
             add_piece(s->context, &s->fans[penumbra], in->ends[1], in->ends[1], last, p);
         if (!piece)
             return false;
-        for (int k = 0; k < 2 && corner; k++)
-            piece->corner[k] = angles[k];
+        piece->line = quads[in->piece].line;
         memcpy(piece->outline1, quads[in->piece].outline1, sizeof(piece->outline1));
         memcpy(piece->outline2, quads[in->piece].outline2, sizeof(piece->outline2));
         last[0] = p[0], last[1] = p[1];
@@ -324,7 +338,20 @@ static bool add_fan(struct dbuffer_volumes *s, bool penumbra, double radius,
     return true;
 }
 
-/* Joins the quads of neighbouring edges where they part. */
+/* The solid lies on the left, so the outline turns to the right (turn < 0) where it is convex. */
+static void join_lines(struct dbuffer_volumes *s, bool penumbra, const struct dbuffer_link *in,
+                       const struct dbuffer_link *out, double turn)
+{
+    const struct dbuffer_piece *quads = s->quads[penumbra].pieces;
+    float before = quads[in->piece].line, after = quads[out->piece].line;
+    float mark = turn > 0 ? DBUFFER_REFLEX : 0;
+    if (fabs(turn) < CORNER_MAX) {
+        s->lines[(size_t)before].after = after + mark;
+        s->lines[(size_t)after].before = before + mark;
+    }
+}
+
+/* Joins neighbouring edges; fans where their quads part. */
 static bool add_fans(struct dbuffer_volumes *s, const struct gl_occluders *o, bool penumbra,
                      double radius)
 {
@@ -362,6 +389,7 @@ static bool add_fans(struct dbuffer_volumes *s, const struct gl_occluders *o, bo
          * in (x, y) around what is convex. */
         if (fabs(best_turn) > M_PI - 1e-6)
             best_turn = penumbra ? -M_PI : M_PI;
+        join_lines(s, penumbra, in, best, best_turn);
         bool parted = (best_turn < 0) == penumbra;
         if (fabs(best_turn) > 1e-9 && parted && !add_fan(s, penumbra, radius, in, best, best_turn))
             return false;
@@ -410,6 +438,9 @@ static bool add_faces(struct dbuffer_volumes *s, const struct gl_occluders *o,
                                 sizeof(*s->faces)))
                 return false;
             struct dbuffer_face *face = &s->faces[s->face_count++];
+            face->line = DBUFFER_NONE;
+            if (edge && !add_line(s, ends[0], ends[1], &face->line))
+                return false;
             for (int i = 0; i < 3; i++)
                 v3_storef(face->corners[i], vertex(o, disk, o->indices[3 * t + (size_t)i]));
             v3_storef(face->v1, ends[0]);
@@ -435,7 +466,7 @@ pnb_status dbuffer_volumes_build(struct dbuffer_volumes *s, const struct gl_occl
 {
     for (int i = 0; i < 2; i++)
         s->quads[i].count = s->fans[i].count = s->edges[i] = 0;
-    s->face_count = s->skipped_edges = s->concave_edges = 0;
+    s->line_count = s->face_count = s->skipped_edges = s->concave_edges = 0;
     if (!memory_reserve(s->context, (void **)&s->facing, &s->facing_capacity, 0, o->triangle_count,
                         1))
         return status_no_memory(s->context, o->triangle_count);

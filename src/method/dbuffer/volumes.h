@@ -18,14 +18,13 @@
  *        /     \                      /\
  *   v1 - p1   v2 - p2
  *
- * Angles are those of extrusion points on the rim; DBUFFER_NONE: there is none. */
-#define DBUFFER_NONE 100.0f
+ */
 struct dbuffer_piece {
     float v1[3], v2[3]; /* the solid lies on the left */
     float p1[2], p2[2];
-    /* Where a fan joins an edge's quad to the next: the next quad's angle, at v1 and at v2. Of a
-     * fan: the angles of both quads that it joins. */
-    float corner[2];
+    /* The edge's line: of a fan, that of the edge that comes into its vertex. Umbra: the outline's
+     * too; DBUFFER_NONE where it is the edge itself, or has no plane. Indices of lines. */
+    float line, outline_line;
     /* Umbra: the outline, seen from the light's centre, of the solid before the edge, in the same
      * direction; the edge itself where it is that, or where the way to it is lost. Zero: of an open
      * mesh. outline_p is its own extrusion point; zero where it has none. */
@@ -37,7 +36,16 @@ struct dbuffer_piece {
  * the extrusion point p of an umbra; where there is none, p = 0 and v1 is the face's normal. */
 struct dbuffer_face {
     float corners[3][3];
-    float v1[3], v2[3], p[2];
+    float v1[3], v2[3], p[2], line;
+};
+
+/* What a pixel needs of a silhouette edge: where it runs, and the lines of the edges before and
+ * after it, marked where the outline is reflex at the corner. */
+#define DBUFFER_NONE   (-1.0f)
+#define DBUFFER_REFLEX 0.5f
+struct dbuffer_line {
+    float v1[3], before;
+    float v2[3], after;
 };
 
 struct dbuffer_volumes {
@@ -48,6 +56,8 @@ struct dbuffer_volumes {
         size_t count, capacity;
     } quads[2], fans[2];
     size_t edges[2]; /* silhouette edges */
+    struct dbuffer_line *lines;
+    size_t line_count, line_capacity;
     struct dbuffer_face *faces;
     size_t face_count, face_capacity;
     size_t skipped_edges; /* their line meets the light's disk */
