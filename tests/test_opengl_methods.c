@@ -200,8 +200,6 @@ static void test_areas(void **state)
             /* line-map's paths are held together by its own test. */
             if ((method->processor == PNB_PROCESSOR_OPENGL || method->opengl_path) &&
                 strcmp(method->name, "line-map") != 0 &&
-                /* 5,000 silhouettes: seconds a frame for the wedges. */
-                !(strncmp(method->name, "wedge", 5) == 0 && strcmp(info.name, "leaves") == 0) &&
                 (method->lights & PNB_LIGHT_BIT(light.type)))
                 hold(&picture, method, &light, truth, mask);
         }

@@ -98,12 +98,15 @@ static void twin_body(void *user, size_t begin, size_t end, int worker)
 }
 
 /* The device's answer is the twin's, but for what floats leave open. */
-static void compare_with_twin(const char *scene, bool center, bool gravity, const char *parts)
+static void compare_with_twin(const char *scene, const pnb_light *light_wanted, bool center,
+                              bool gravity, const char *parts)
 {
     static float added[PIXELS], multiplied[PIXELS], blended[PIXELS];
-    static struct wedge_twin_answer answers[PIXELS];
+    static struct wedge_twin_answer answers[PIXELS], whole_answers[PIXELS];
     struct picture picture;
     open_scene(&picture, scene);
+    if (light_wanted)
+        picture.light = *light_wanted;
     const pnb_solver_param params[3] = {{"silhouettes", center ? "center" : "point"},
                                         {"overlap", gravity ? "gravity" : "rectangle"},
                                         {"parts", parts}};
@@ -113,37 +116,43 @@ static void compare_with_twin(const char *scene, bool center, bool gravity, cons
 
     struct gl_occluders *occluders;
     struct wedge_parts *wedges;
-    struct wedge_light light;
+    struct wedge_light *light;
+    struct wedge_cells one, cells;
+    size_t pieces;
     struct light_shape shape;
     bool changed;
     assert_int_equal(light_shape_init(picture.context, &picture.light, &shape), PNB_OK);
     assert_int_equal(gl_occluders_create(picture.scene, &occluders), PNB_OK);
     assert_int_equal(wedge_parts_create(picture.scene, occluders, &wedges), PNB_OK);
-    wedge_light_init(&shape, occluders, &light);
-    assert_int_equal(wedge_parts_cut(wedges, &light, &changed), PNB_OK);
-    int cells = atoi(parts);
-    struct wedge_twin twin = {wedges,
-                              &light,
-                              center,
-                              gravity,
-                              cells >= 8   ? 4
-                              : cells == 4 ? 2
-                                           : 1,
-                              cells == 16  ? 4
-                              : cells >= 4 ? 2
-                                           : 1};
+    assert_int_equal(wedge_lights_create(picture.context, &shape, occluders, &light, &pieces),
+                     PNB_OK);
+    assert_int_equal(pieces, 1);
+    assert_int_equal(wedge_parts_cut(wedges, light, &changed), PNB_OK);
+    int count_cells = atoi(parts);
+    wedge_cells_init(light, 1, &one);
+    wedge_cells_init(light, count_cells, &cells);
+    bool lines = !light->rectangle || count_cells == 8;
+    struct wedge_twin twin = {
+        wedges, light, center, gravity, cells.columns, cells.bins, lines ? &cells : NULL};
+    struct wedge_twin whole = twin; /* of one cell, where nothing is blended */
+    whole.columns = whole.rows = 1;
+    whole.cells = light->rectangle ? NULL : &one;
     struct twin_job job = {&twin, &shape, &picture.receivers, scene_receiver_lift(picture.scene),
                            answers};
+    struct twin_job other = job;
+    other.twin = &whole;
+    other.answers = whole_answers;
     parallel_for(picture.context, PIXELS, 64, twin_body, &job);
+    parallel_for(picture.context, PIXELS, 64, twin_body, &other);
     size_t count = 0, wrong = 0;
     for (size_t i = 0; i < PIXELS; i++) {
         if (isnan(answers[i].wedge))
             continue;
         count++;
-        wrong += fabs(multiplied[i] - answers[i].probabilistic) > 2e-3 ||
+        wrong += fabs(multiplied[i] - whole_answers[i].probabilistic) > 2e-3 ||
                  fabs(blended[i] - answers[i].blend) > 5e-3 ||
                  /* `wedge` is not continuous where the middle of the light is just hidden. */
-                 fabs(added[i] - answers[i].wedge) > 2e-3;
+                 fabs(added[i] - whole_answers[i].wedge) > 2e-3;
     }
     if (count < 100 || wrong > count / 100)
         fail_msg("%s, %s, %s, %s: %zu of %zu pixels differ from the twin's", scene, params[0].value,
@@ -151,19 +160,28 @@ static void compare_with_twin(const char *scene, bool center, bool gravity, cons
     wedge_parts_destroy(wedges);
     gl_occluders_destroy(occluders);
     light_shape_finish(picture.context, &shape);
+    memory_free(picture.context, light);
     close_scene(&picture);
 }
 
 static void test_twin(void **state)
 {
-    compare_with_twin("prism", false, true, "4");
-    compare_with_twin("prism", true, false, "1");
-    compare_with_twin("two-boxes", false, false, "4");
-    compare_with_twin("two-boxes", true, true, "4");
-    compare_with_twin("pole", false, true, "8");
-    compare_with_twin("light-in-solid", false, false, "16");
-    compare_with_twin("caster-through-light-plane", true, true, "4");
-    compare_with_twin("caster-through-light-plane", false, true, "16");
+    static const double corners[] = {-0.7, 3, -0.5, 0.9, 3, 0.1, 0.2, 3, 0.8, -0.6, 3, 0.4};
+    const pnb_light disk = {.type = PNB_LIGHT_DISK,
+                            .shape.disk = {{0.3, 3, 0.2}, {-0.1, -1, 0}, 0.6}};
+    const pnb_light polygon = {.type = PNB_LIGHT_POLYGON, .shape.polygon = {corners, 4}};
+    compare_with_twin("prism", NULL, false, true, "4");
+    compare_with_twin("prism", NULL, true, false, "1");
+    compare_with_twin("two-boxes", NULL, false, false, "4");
+    compare_with_twin("two-boxes", NULL, true, true, "4");
+    compare_with_twin("pole", NULL, false, true, "8");
+    compare_with_twin("light-in-solid", NULL, false, false, "16");
+    compare_with_twin("caster-through-light-plane", NULL, true, true, "4");
+    compare_with_twin("caster-through-light-plane", NULL, false, true, "16");
+    compare_with_twin("two-boxes", &disk, false, true, "4");
+    compare_with_twin("two-boxes", &disk, true, true, "16");
+    compare_with_twin("pole", &polygon, false, true, "8");
+    compare_with_twin("two-boxes", &polygon, false, true, "1");
 }
 
 static pnb_errors measure(struct picture *picture, const float *visibility, const float *truth,
@@ -300,7 +318,7 @@ static void test_bad_input(void **state)
     pnb_solver_destroy(solver);
     close_scene(&picture);
 
-    open_scene(&picture, "disk");
+    open_scene(&picture, "blocker"); /* a line */
     solver = open_solver(&picture, "wedge", NULL, 0);
     assert_int_equal(pnb_solver_visibility(solver, &picture.light, &picture.receivers, visibility),
                      PNB_ERROR_UNSUPPORTED);
@@ -316,6 +334,55 @@ static void test_bad_input(void **state)
     for (size_t i = 0; i < PIXELS; i++)
         assert_true(!mask[i] || visibility[i] == 1);
     close_scene(&picture);
+}
+
+/* However a light is cut, its cells make up the light; an L is two convex pieces. */
+static void test_cells(void **state)
+{
+    static const double l_shape[] = {0, 2, 0, 0, 2, 2, 1, 2, 2, 1, 2, 1, 2, 2, 1, 2, 2, 0};
+    static const double hexagon[] = {0.3, 2, 0.1, 2,   2, 0,   2.4, 2, 1,
+                                     1.5, 2, 1.9, 0.2, 2, 1.5, 0,   2, 0.9};
+    double down[18], other[18];
+    for (int i = 0; i < 6; i++)
+        for (int k = 0; k < 3; k++) { /* lit from below: the other way round */
+            down[3 * i + k] = l_shape[3 * (5 - i) + k];
+            other[3 * i + k] = hexagon[3 * i + k];
+        }
+    const pnb_light lights[] = {
+        {.type = PNB_LIGHT_RECTANGLE, .shape.rectangle = {{0, 2, 0}, {1, 0, 0.3}, {0, 0, 0.5}}},
+        {.type = PNB_LIGHT_DISK, .shape.disk = {{0, 2, 0}, {0.1, -1, 0}, 0.5}},
+        {.type = PNB_LIGHT_POLYGON, .shape.polygon = {down, 6}},
+        {.type = PNB_LIGHT_POLYGON, .shape.polygon = {l_shape, 6}},
+        {.type = PNB_LIGHT_POLYGON, .shape.polygon = {other, 6}},
+    };
+    static const size_t pieces[] = {1, 1, 2, 2, 1};
+    static const int cuts[] = {1, 4, 8, 16};
+    struct gl_occluders occluders = {.scene_low = v3(-1, 0, -1), .scene_high = v3(1, 1, 1)};
+    pnb_context *context;
+    assert_int_equal(pnb_context_create(NULL, &context), PNB_OK);
+    for (size_t i = 0; i < sizeof(lights) / sizeof(*lights); i++) {
+        struct light_shape shape;
+        struct wedge_light *convex;
+        struct wedge_cells cells;
+        size_t count;
+        assert_int_equal(light_shape_init(context, &lights[i], &shape), PNB_OK);
+        assert_int_equal(wedge_lights_create(context, &shape, &occluders, &convex, &count), PNB_OK);
+        assert_int_equal(count, pieces[i]);
+        double share = 0;
+        for (size_t k = 0; k < count; k++) {
+            double scale = v3_length(v3_cross(convex[k].half_u, convex[k].half_v));
+            share += convex[k].share;
+            for (int c = 0; c < 4; c++) {
+                wedge_cells_init(&convex[k], cuts[c], &cells);
+                assert_float_equal(cells.area * scale, convex[k].share * shape.area,
+                                   1e-9 * shape.area);
+            }
+        }
+        assert_float_equal(share, 1, 1e-9);
+        memory_free(context, convex);
+        light_shape_finish(context, &shape);
+    }
+    pnb_context_destroy(context);
 }
 
 /* More edges than a software rasteriser's loops take turns: it says so, and the picture is not torn
@@ -363,11 +430,11 @@ static void test_random(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_twin),      cmocka_unit_test(test_blending),
-        cmocka_unit_test(test_convex),    cmocka_unit_test(test_small_light),
-        cmocka_unit_test(test_update),    cmocka_unit_test(test_tiles),
-        cmocka_unit_test(test_bad_input), cmocka_unit_test(test_many_triangles),
-        cmocka_unit_test(test_random),
+        cmocka_unit_test(test_twin),           cmocka_unit_test(test_cells),
+        cmocka_unit_test(test_blending),       cmocka_unit_test(test_convex),
+        cmocka_unit_test(test_small_light),    cmocka_unit_test(test_update),
+        cmocka_unit_test(test_tiles),          cmocka_unit_test(test_bad_input),
+        cmocka_unit_test(test_many_triangles), cmocka_unit_test(test_random),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

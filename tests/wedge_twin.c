@@ -51,6 +51,70 @@ static void plane_to_light(const struct wedge_twin *twin, const float *world, do
     }
 }
 
+/* Cuts a polygon (room for two corners more) by the half-plane left of a to b. */
+static int clip(struct point *polygon, int count, struct point a, struct point b)
+{
+    struct point out[16];
+    int kept = 0;
+    for (int i = 0; i < count; i++) {
+        struct point p = polygon[i], q = polygon[(i + 1) % count];
+        double sp = (b.x - a.x) * (p.y - a.y) - (b.y - a.y) * (p.x - a.x);
+        double sq = (b.x - a.x) * (q.y - a.y) - (b.y - a.y) * (q.x - a.x);
+        if (sp >= 0)
+            out[kept++] = p;
+        if ((sp >= 0) != (sq >= 0)) {
+            double t = sp / (sp - sq);
+            out[kept++] = (struct point){p.x + (q.x - p.x) * t, p.y + (q.y - p.y) * t};
+        }
+    }
+    memcpy(polygon, out, (size_t)kept * sizeof(*out));
+    return kept;
+}
+
+/* What lies left of the edge, cut to a row's column, with its moments. */
+static void add_cut(struct cell *cell, double w, struct point a, struct point b,
+                    const struct wedge_row *row, int c)
+{
+    struct point left[2] = {{row->left[0][c], row->low}, {row->left[1][c], row->high}};
+    struct point right[2] = {{row->right[0][c], row->low}, {row->right[1][c], row->high}};
+    if (fmax(a.y, b.y) <= row->low || fmin(a.y, b.y) >= row->high ||
+        fmax(a.x, b.x) <= fmin(left[0].x, left[1].x))
+        return;
+    double far = fmin(fmin(a.x, b.x), -2) - 1;
+    bool up = b.y > a.y;
+    struct point low = up ? a : b, high = up ? b : a;
+    struct point polygon[16] = {low, high, {far, high.y}, {far, low.y}};
+    int count = clip(polygon, 4, left[0], right[0]);
+    count = clip(polygon, count, right[1], left[1]);
+    if (right[0].x > left[0].x || right[1].x > left[1].x) {
+        count = clip(polygon, count, right[0], right[1]);
+        count = clip(polygon, count, left[1], left[0]);
+    } else {
+        return;
+    }
+    for (int i = 1; i + 1 < count; i++) {
+        struct point o = polygon[0], p = polygon[i], q = polygon[i + 1];
+        double area = 0.5 * ((p.x - o.x) * (q.y - o.y) - (p.y - o.y) * (q.x - o.x));
+        area *= up ? w : -w;
+        cell->area += area;
+        cell->mx += area * (o.x + p.x + q.x) / 3;
+        cell->my += area * (o.y + p.y + q.y) / 3;
+    }
+}
+
+/* The same in units of the cell's bounds. */
+static struct cell within_bounds(const struct cell *cell, const struct wedge_cell *bounds)
+{
+    double width = bounds->x1 - bounds->x0, height = bounds->y1 - bounds->y0;
+    struct cell out = {0};
+    if (width > 0 && height > 0) {
+        out.area = cell->area / (width * height);
+        out.mx = (cell->mx - bounds->x0 * cell->area) / (width * width * height);
+        out.my = (cell->my - bounds->y0 * cell->area) / (width * height * height);
+    }
+    return out;
+}
+
 /* Adds one directed edge of the outline on the light. */
 static void add(const struct wedge_twin *twin, struct sum *sum, double w, struct point a,
                 struct point b)
@@ -61,6 +125,14 @@ static void add(const struct wedge_twin *twin, struct sum *sum, double w, struct
         double x = a.x + (b.x - a.x) * (0 - a.y) / (b.y - a.y);
         sum->middle += x > 0 ? (b.y > a.y ? w : -w) : 0;
     }
+    for (int r = 0; twin->cells && r < twin->cells->row_count; r++)
+        for (int c = 0; c < twin->cells->columns; c++) {
+            const struct wedge_row *row = &twin->cells->rows[r];
+            if (a.y != b.y)
+                add_cut(&sum->cells[row->bin][c], w, a, b, row, c);
+        }
+    if (twin->cells)
+        return;
     double width = 2.0 / twin->columns, height = 2.0 / twin->rows;
     for (int j = 0; j <= twin->rows; j++) {
         double level = -1 + height * j;
@@ -206,9 +278,10 @@ struct hidden {
     double area, x0, x1, y0, y1;
 };
 
-static struct hidden cell_hidden(const struct wedge_twin *twin, const struct cell *cell)
+static struct hidden cell_hidden(const struct wedge_twin *twin, const struct cell *cell,
+                                 double fill)
 {
-    struct hidden h = {clamp(cell->area, 0, 1), cell->x0, cell->x1, cell->y0, cell->y1};
+    struct hidden h = {clamp(cell->area, 0, fill), cell->x0, cell->x1, cell->y0, cell->y1};
     if (twin->gravity) {
         double gx = clamp(cell->mx / fmax(cell->area, 1e-6), 0, 1);
         double gy = clamp(cell->my / fmax(cell->area, 1e-6), 0, 1);
@@ -236,7 +309,7 @@ static struct hidden cell_hidden(const struct wedge_twin *twin, const struct cel
 }
 
 /* Section 3.2 of the paper. */
-static struct hidden blend(struct hidden f, struct hidden s)
+static struct hidden blend(struct hidden f, struct hidden s, double fill)
 {
     if (s.area <= NOTHING)
         return f;
@@ -249,7 +322,7 @@ static struct hidden blend(struct hidden f, struct hidden s)
     struct hidden both = {0, fmin(f.x0, s.x0), fmax(f.x1, s.x1), fmin(f.y0, s.y0),
                           fmax(f.y1, s.y1)};
     both.area = f.area + s.area - fmin(df * ds * beta, fmin(f.area, s.area));
-    both.area = fmin(both.area, (both.x1 - both.x0) * (both.y1 - both.y0));
+    both.area = fmin(fmin(both.area, (both.x1 - both.x0) * (both.y1 - both.y0)), fill);
     return both;
 }
 
@@ -258,7 +331,9 @@ struct wedge_twin_answer wedge_twin_at(const struct wedge_twin *twin, vec3 p_wor
     vec3 p = wedge_light_from_world(twin->light, p_world);
     struct wedge_twin_answer answer = {1, 1, 1};
     struct hidden whole[CELLS_MAX][CELLS_MAX];
+    double share[CELLS_MAX][CELLS_MAX]; /* of the light */
     memset(whole, 0, sizeof(whole));
+    memset(share, 0, sizeof(share));
     int hard = 0, count = twin->rows * twin->columns;
     double soft = 0;
     for (size_t i = 0; i < twin->parts->part_count; i++) {
@@ -279,8 +354,17 @@ struct wedge_twin_answer wedge_twin_at(const struct wedge_twin *twin, vec3 p_wor
         double all = 0;
         for (int r = 0; r < twin->rows; r++)
             for (int c = 0; c < twin->columns; c++) {
-                all += sum.cells[r][c].area / count;
-                whole[r][c] = blend(whole[r][c], cell_hidden(twin, &sum.cells[r][c]));
+                struct cell cell = sum.cells[r][c];
+                double bounds = 1, fill = 1;
+                if (twin->cells) {
+                    const struct wedge_cell *b = &twin->cells->cells[r][c];
+                    bounds = (b->x1 - b->x0) * (b->y1 - b->y0);
+                    fill = bounds > 0 ? b->area / bounds : 0;
+                    cell = within_bounds(&cell, b);
+                }
+                share[r][c] = twin->cells ? bounds / twin->cells->area : 1.0 / count;
+                all += cell.area * share[r][c];
+                whole[r][c] = blend(whole[r][c], cell_hidden(twin, &cell, fill), fill);
             }
         all = clamp(all, 0, 1);
         bool middle = sum.middle > 0.5;
@@ -292,7 +376,7 @@ struct wedge_twin_answer wedge_twin_at(const struct wedge_twin *twin, vec3 p_wor
     double hidden = 0;
     for (int r = 0; r < twin->rows; r++)
         for (int c = 0; c < twin->columns; c++)
-            hidden += whole[r][c].area / count;
+            hidden += whole[r][c].area * share[r][c];
     answer.blend = clamp(1 - hidden, 0, 1);
     return answer;
 }

@@ -3,7 +3,7 @@
 #ifndef WEDGE_TWIN_H
 #define WEDGE_TWIN_H
 
-#include "method/wedge/wedge.h"
+#include "method/wedge/cells.h"
 
 struct wedge_twin {
     const struct wedge_parts *parts;
@@ -11,6 +11,9 @@ struct wedge_twin {
     bool center;  /* silhouettes seen from the light's middle, else from the receiver */
     bool gravity; /* overlaps from centres of gravity, else from bounding rectangles */
     int columns, rows;
+    /* Cells of no rectangle's grid: NULL, or these (then gravity, and columns and rows as there).
+     */
+    const struct wedge_cells *cells;
 };
 
 struct wedge_twin_answer {

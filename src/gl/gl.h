@@ -245,7 +245,7 @@ struct gl_uniform gl_floats(const char *name, enum gl_uniform_type type, const f
 struct gl_uniform gl_sampler(const char *name, struct gl_texture *texture);
 
 #define GL_ATTRIBUTES_MAX 8
-#define GL_UNIFORMS_MAX   32
+#define GL_UNIFORMS_MAX   48
 
 struct gl_stencil_face {
     enum gl_stencil_action fail, depth_fail, pass;

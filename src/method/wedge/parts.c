@@ -17,7 +17,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "geom/tolerance.h"
 #include "method/wedge/wedge.h"
 
 struct keyed {
@@ -394,29 +393,6 @@ void wedge_parts_destroy(struct wedge_parts *parts)
     memory_free(context, parts->items);
     memory_free(context, parts->groups);
     memory_free(context, parts);
-}
-
-void wedge_light_init(const struct light_shape *shape, const struct gl_occluders *o,
-                      struct wedge_light *light)
-{
-    light->half_u = v3_scale(shape->axis_u, 0.5);
-    light->half_v = v3_scale(shape->axis_v, 0.5);
-    light->center = v3_add(shape->origin, v3_add(light->half_u, light->half_v));
-    light->normal = shape->normal;
-    /* The reciprocal basis: the sides of a parallelogram may be oblique. */
-    vec3 x = v3_cross(light->half_v, light->normal), y = v3_cross(light->normal, light->half_u);
-    light->x_axis = v3_scale(x, 1 / v3_dot(x, light->half_u));
-    light->y_axis = v3_scale(y, 1 / v3_dot(y, light->half_v));
-    double reach =
-        v3_length(v3_sub(light->center, v3_scale(v3_add(o->scene_low, o->scene_high), 0.5))) +
-        0.5 * v3_length(v3_sub(o->scene_high, o->scene_low));
-    light->gap = isfinite(reach) ? TOLERANCE_LIGHT_GAP * reach : TOLERANCE_LIGHT_GAP;
-}
-
-vec3 wedge_light_from_world(const struct wedge_light *light, vec3 p)
-{
-    vec3 d = v3_sub(p, light->center);
-    return v3(v3_dot(light->x_axis, d), v3_dot(light->y_axis, d), v3_dot(light->normal, d));
 }
 
 pnb_status wedge_parts_cut(struct wedge_parts *parts, const struct wedge_light *light,

@@ -39,7 +39,9 @@ struct wedge_room {
     int list_width, list_rows;               /* a coarse tile's list, folded */
     int mask_width;                          /* places of a list that have a mask */
     int width, height;                       /* of the frame that the tiles are for */
-    enum wedge_search search;                /* that the programs are made for */
+    int line_rows;   /* that the programs are made for: rows of cells between lines; 0: a grid */
+    double setup_ms; /* on the CPU, of the last frame */
+    enum wedge_search search; /* that the programs are made for */
 };
 
 /* The parts' items, and what depends on their number. */

@@ -30,6 +30,7 @@
 #include <string.h>
 
 #include "method/opengl.h"
+#include "method/wedge/cells.h"
 #include "method/wedge/tables.h"
 
 static bool is(const pnb_solver *solver, const char *key, const char *word)
@@ -53,29 +54,47 @@ static void make(pnb_status *status, struct wedge_room *room, const char *fragme
         *status = gl_program_create(room->device, &desc, program);
 }
 
-/* What depends on how silhouettes are found. */
-static pnb_status make_sums(pnb_solver *solver, struct wedge_room *room, enum wedge_search search)
+/* Cells that are no grid over a rectangle: between lines, row by row. */
+static bool has_lines(const pnb_solver *solver, const struct wedge_light *light)
+{
+    return !light->rectangle || (blends(solver) && is(solver, "parts", "8"));
+}
+
+/* Cells of the light; a `wedge` that does not blend has one. */
+static int part_count(const pnb_solver *solver)
+{
+    return blends(solver) ? atoi(solver_param(solver, "parts")) : 1;
+}
+
+/* What depends on how silhouettes are found, and on the light: line_rows is a light's rows of cells
+ * between lines, or 0 for a rectangle's grid. */
+static pnb_status make_sums(pnb_solver *solver, struct wedge_room *room, enum wedge_search search,
+                            int line_rows)
 {
     bool center = search == WEDGE_SEARCH_CENTER;
-    char setup[32], wedge[160];
-    int cells = blends(solver) ? atoi(solver_param(solver, "parts")) : 1;
+    char setup[32], wedge[256];
+    int cells = part_count(solver);
+    bool gravity = blends(solver) && (is(solver, "overlap", "gravity") || line_rows > 0);
     snprintf(setup, sizeof(setup), "#define CENTER %d\n", center);
     snprintf(wedge, sizeof(wedge),
              "#define COLUMNS %d\n#define ROWS %d\n#define BLEND %d\n#define GRAVITY %d\n"
-             "#define MIDDLE %d\n#define CENTER %d\n#define TRIES %d\n",
+             "#define MIDDLE %d\n#define CENTER %d\n#define TRIES %d\n#define LINE_ROWS %d\n",
              cells >= 8   ? 4
              : cells == 4 ? 2
                           : 1,
              cells == 16  ? 4
              : cells >= 4 ? 2
                           : 1,
-             blends(solver), blends(solver) && is(solver, "overlap", "gravity"),
-             strcmp(solver->method->info.name, "wedge") == 0, center,
-             search == WEDGE_SEARCH_QUICK ? 1 : 4);
+             blends(solver), gravity, strcmp(solver->method->info.name, "wedge") == 0, center,
+             search == WEDGE_SEARCH_QUICK ? 1 : 4, line_rows);
     pnb_status status = PNB_OK;
     make(&status, room, "method/wedge/setup.frag", setup, &room->programs.setup);
     make(&status, room, "method/wedge/wedge.frag", wedge, &room->programs.wedge);
     room->search = search;
+    room->line_rows = line_rows;
+    if (blends(solver) && !gravity != is(solver, "overlap", "rectangle"))
+        solver_warn(solver, "overlap=rectangle is for the cells of a rectangle's grid: "
+                            "overlap=gravity is taken");
     return status;
 }
 
@@ -91,10 +110,9 @@ static pnb_status make_programs(pnb_solver *solver, struct wedge_room *room)
     make(&status, room, "method/wedge/prefix.frag", NULL, &p->prefix);
     make(&status, room, "method/wedge/list.frag", NULL, &p->list);
     make(&status, room, "method/wedge/item_mask.frag", NULL, &p->mask);
-    return status == PNB_OK ? make_sums(solver, room,
-                                        is(solver, "silhouettes", "center") ? WEDGE_SEARCH_CENTER
-                                                                            : WEDGE_SEARCH_QUICK)
-                            : status;
+    enum wedge_search search =
+        is(solver, "silhouettes", "center") ? WEDGE_SEARCH_CENTER : WEDGE_SEARCH_QUICK;
+    return status == PNB_OK ? make_sums(solver, room, search, 0) : status;
 }
 
 static pnb_status wedge_changed(pnb_solver *solver, struct opengl_state *state)
@@ -299,13 +317,81 @@ static void draw_masks(struct wedge_room *room)
     cover(room, &mask, room->programs.mask, room->mask.target);
 }
 
-/* marks: pixels whose loops the device ended are to show it (CUT in wedge.frag). */
-static void draw_wedges(struct wedge_room *room, const struct wedge_light *light,
-                        const struct gl_frame *frame, struct gl_target *target, bool marks)
+/* A light's cells as the shader has them, each array of vec4. */
+struct line_uniforms {
+    float rows[5][WEDGE_ROWS_MAX + 4][4]; /* span, left at low and high, right at low and high */
+    float cells[5][WEDGE_BINS_MAX][4];    /* x, y, width, height, share of the bounds */
+    float bin_end[4];
+    double area;
+};
+
+static void fill_lines(const struct wedge_cells *cells, struct line_uniforms *lines)
 {
+    memset(lines, 0, sizeof(*lines));
+    lines->area = cells->area;
+    for (int r = 0; r < WEDGE_ROWS_MAX + 4; r++)
+        lines->rows[0][r][0] = lines->rows[0][r][1] = 1e30f;
+    for (int r = 0; r < cells->row_count; r++) {
+        const struct wedge_row *row = &cells->rows[r];
+        lines->rows[0][r][0] = (float)row->low;
+        lines->rows[0][r][1] = (float)row->high;
+        lines->rows[0][r][2] = (float)(1 / (row->high - row->low));
+        for (int c = 0; c < cells->columns; c++)
+            for (int end = 0; end < 2; end++) {
+                lines->rows[1 + end][r][c] = (float)row->left[end][c];
+                lines->rows[3 + end][r][c] = (float)row->right[end][c];
+            }
+        lines->bin_end[row->bin] = (float)(r + 1);
+    }
+    for (int j = 0; j < cells->bins; j++)
+        for (int c = 0; c < cells->columns; c++) {
+            const struct wedge_cell *cell = &cells->cells[j][c];
+            double width = cell->x1 - cell->x0, height = cell->y1 - cell->y0;
+            double bounds = width * height;
+            lines->cells[0][j][c] = (float)cell->x0;
+            lines->cells[1][j][c] = (float)cell->y0;
+            lines->cells[2][j][c] = (float)width;
+            lines->cells[3][j][c] = (float)height;
+            lines->cells[4][j][c] = (float)(bounds > 0 ? cell->area / bounds : 0);
+        }
+    /* A bin without rows ends where the one before it does. */
+    for (int j = 1; j < 4; j++)
+        lines->bin_end[j] = fmaxf(lines->bin_end[j], lines->bin_end[j - 1]);
+}
+
+static void give_lines(struct pass *pass, const struct line_uniforms *lines, int rows, int bins)
+{
+    static const char *const row_names[5] = {"row_span", "left_low", "left_high", "right_low",
+                                             "right_high"};
+    static const char *const cell_names[5] = {"cell_x", "cell_y", "cell_width", "cell_height",
+                                              "cell_area"};
+    for (int k = 0; k < 5; k++)
+        give(pass, gl_floats(row_names[k], GL_UNIFORM_VEC4, lines->rows[k][0], rows));
+    for (int k = 0; k < 5; k++)
+        give(pass, gl_floats(cell_names[k], GL_UNIFORM_VEC4, lines->cells[k][0], bins));
+    give(pass, gl_floats("bin_end", GL_UNIFORM_VEC4, lines->bin_end, 1));
+    give(pass, gl_float("light_area", lines->area));
+}
+
+/* A frame's lights, and what is drawn of them. */
+struct work {
+    pnb_solver *solver;
+    struct wedge_room *room;
+    const struct gl_frame *frame;
+    struct wedge_light *lights; /* convex pieces */
+    size_t light_count;
+    struct gl_target *target;
+    struct gl_texture *visibility;
+};
+
+/* marks: pixels whose loops the device ended are to show it (CUT in wedge.frag). */
+static void draw_wedges(const struct work *work, const struct wedge_light *light, bool marks)
+{
+    struct wedge_room *room = work->room;
     struct pass pass = {0};
+    struct line_uniforms lines;
     give_light(&pass, light);
-    give_receivers(&pass, frame);
+    give_receivers(&pass, work->frame);
     give_items(&pass, room, 4);
     give_list(&pass, room);
     give(&pass, gl_sampler("group_info", room->group_info));
@@ -316,16 +402,32 @@ static void draw_wedges(struct wedge_room *room, const struct wedge_light *light
     give(&pass, gl_int("tile_columns", room->tile_columns));
     give(&pass, gl_int("mask_width", room->mask_width));
     give(&pass, gl_int("marks", marks));
-    cover(room, &pass, room->programs.wedge, target);
+    give(&pass, gl_float("light_share", light->share));
+    if (room->line_rows > 0) {
+        struct wedge_cells cells;
+        wedge_cells_init(light, part_count(work->solver), &cells);
+        fill_lines(&cells, &lines);
+        give_lines(&pass, &lines, room->line_rows, cells.bins);
+    }
+    pass.draw.blend = light == work->lights ? GL_BLEND_OFF : GL_BLEND_ADD;
+    cover(room, &pass, room->programs.wedge, work->target);
 }
 
-static void draw_all(struct wedge_room *room, const struct wedge_light *light,
-                     const struct gl_frame *frame, struct gl_target *target, bool marks)
+/* The light's pieces one after another, added up. */
+static void draw_all(const struct work *work, bool marks)
 {
-    draw_setup(room, light);
-    draw_lists(room, light);
-    draw_masks(room);
-    draw_wedges(room, light, frame, target, marks);
+    struct wedge_room *room = work->room;
+    for (size_t i = 0; i < work->light_count; i++) {
+        const struct wedge_light *light = &work->lights[i];
+        double start = clock_ms();
+        wedge_tables_place(room, light);
+        room->setup_ms += clock_ms() - start;
+        draw_setup(room, light);
+        draw_tiles(room, light, work->frame);
+        draw_lists(room, light);
+        draw_masks(room);
+        draw_wedges(work, light, marks);
+    }
 }
 
 /* How many pixels were cut short. */
@@ -348,20 +450,20 @@ static pnb_status count_cut(struct wedge_room *room, struct gl_texture *visibili
 /* A software rasteriser that ends loops is asked whether it did. Then more is done in one turn of a
  * loop, or silhouettes are taken from the light's middle, from now on; where even these are too
  * many, what was summed so far stands. */
-static pnb_status draw_frame(pnb_solver *solver, struct wedge_room *room,
-                             const struct wedge_light *light, const struct gl_frame *frame,
-                             struct gl_target *target, struct gl_texture *visibility)
+static pnb_status draw_frame(const struct work *work)
 {
+    pnb_solver *solver = work->solver;
+    struct wedge_room *room = work->room;
     bool asks = gl_device_get_info(room->device)->software;
     pnb_status status = PNB_OK;
     size_t cut = 0;
     for (;;) {
-        draw_all(room, light, frame, target, asks);
+        draw_all(work, asks);
         if (asks)
-            status = count_cut(room, visibility, &cut);
+            status = count_cut(room, work->visibility, &cut);
         if (status != PNB_OK || cut == 0 || room->search == WEDGE_SEARCH_CENTER)
             break;
-        status = make_sums(solver, room, room->search + 1);
+        status = make_sums(solver, room, room->search + 1, room->line_rows);
         if (status != PNB_OK)
             break;
         if (room->search == WEDGE_SEARCH_CENTER)
@@ -371,9 +473,46 @@ static pnb_status draw_frame(pnb_solver *solver, struct wedge_room *room,
     if (status == PNB_OK && cut > 0) {
         solver_warn(solver, "some pixels take more turns of a loop than this software rasteriser "
                             "allows: what is hidden there is not counted to the end (cut_pixels)");
-        draw_wedges(room, light, frame, target, false);
+        draw_all(work, false);
     }
     solver_count(solver, "cut_pixels", (double)cut);
+    return status;
+}
+
+/* Programs for the light's cells, if they are not those for the last one's. */
+static pnb_status prepare_cells(const struct work *work)
+{
+    struct wedge_room *room = work->room;
+    int rows = 0;
+    for (size_t i = 0; i < work->light_count; i++)
+        if (has_lines(work->solver, &work->lights[i])) {
+            struct wedge_cells cells;
+            wedge_cells_init(&work->lights[i], part_count(work->solver), &cells);
+            rows = cells.row_count > rows ? cells.row_count : rows;
+        }
+    rows = (rows + 3) / 4 * 4; /* few kinds of programs */
+    return rows == room->line_rows ? PNB_OK : make_sums(work->solver, room, room->search, rows);
+}
+
+static pnb_status draw_light(struct work *work)
+{
+    struct wedge_room *room = work->room;
+    bool changed;
+    double start = clock_ms();
+    pnb_status status = wedge_parts_cut(room->parts, &work->lights[0], &changed);
+    if (status == PNB_OK && changed)
+        status = wedge_tables_upload(room);
+    if (status == PNB_OK)
+        status = wedge_tables_resize(room, work->frame->width, work->frame->height);
+    room->setup_ms = clock_ms() - start;
+    if (status == PNB_OK)
+        status = prepare_cells(work);
+    struct gl_target_desc desc = {.colors = {{work->visibility, 0}}};
+    if (status == PNB_OK)
+        status = gl_target_create(room->device, &desc, &work->target);
+    if (status == PNB_OK)
+        status = draw_frame(work);
+    gl_target_destroy(work->target);
     return status;
 }
 
@@ -382,35 +521,22 @@ static pnb_status wedge_draw(pnb_solver *solver, struct opengl_state *state,
                              const struct gl_frame *frame, struct gl_texture *visibility)
 {
     struct wedge_room *room = state->room;
-    struct wedge_light at;
-    bool changed;
-    double start = clock_ms();
-    wedge_light_init(shape, state->occluders, &at);
-    pnb_status status = wedge_parts_cut(room->parts, &at, &changed);
-    if (status == PNB_OK && changed)
-        status = wedge_tables_upload(room);
-    if (status == PNB_OK)
-        status = wedge_tables_resize(room, frame->width, frame->height);
-    struct gl_target *target = NULL;
-    struct gl_target_desc desc = {.colors = {{visibility, 0}}};
-    if (status == PNB_OK)
-        status = gl_target_create(room->device, &desc, &target);
+    struct work work = {solver, room, frame, .visibility = visibility};
+    pnb_status status = wedge_lights_create(solver->context, shape, state->occluders, &work.lights,
+                                            &work.light_count);
     if (status != PNB_OK)
         return status;
-    wedge_tables_place(room, &at);
-    solver_count(solver, "setup_ms", clock_ms() - start);
-    draw_tiles(room, &at, frame);
-    status = draw_frame(solver, room, &at, frame, target, visibility);
-    gl_target_destroy(target);
-    if (status != PNB_OK)
-        return status;
-    solver_count(solver, "silhouettes", (double)room->parts->part_count);
-    solver_count(solver, "tile", room->tile_size);
+    status = draw_light(&work);
+    solver_count(solver, "pieces", (double)work.light_count);
+    memory_free(solver->context, work.lights);
     size_t lists, items;
     wedge_tables_bytes(room, &lists, &items);
+    solver_count(solver, "setup_ms", room->setup_ms);
+    solver_count(solver, "silhouettes", (double)room->parts->part_count);
+    solver_count(solver, "tile", room->tile_size);
     solver_count(solver, "lists_mb", (double)lists / (1 << 20));
     solver_count(solver, "items_mb", (double)items / (1 << 20));
-    return PNB_OK;
+    return status;
 }
 
 static const struct opengl_method opengl = {wedge_create, wedge_destroy, wedge_changed, wedge_draw};
@@ -428,7 +554,8 @@ static const pnb_param_info params[] = {
 
 static const pnb_param_info blend_params[] = {
     {"silhouettes", PNB_PARAM_CHOICE, "point", 0, 0, "center|point", SILHOUETTES},
-    {"parts", PNB_PARAM_CHOICE, "4", 0, 0, "1|4|8|16", "parts of the light: 4 are its quarters"},
+    {"parts", PNB_PARAM_CHOICE, "4", 0, 0, "1|4|8|16",
+     "parts of the light: 4 its quarters, 8 radial, 16 a grid"},
     {"overlap", PNB_PARAM_CHOICE, "gravity", 0, 0, "rectangle|gravity",
      "where a part is hidden: bounding rectangle, or box around the centre of gravity"},
     TILE,
@@ -442,7 +569,8 @@ static const pnb_param_info blend_params[] = {
                 .title = heading,                                                                  \
                 .paper = source,                                                                   \
                 .summary = sentence,                                                               \
-                .lights = PNB_LIGHT_BIT(PNB_LIGHT_RECTANGLE),                                      \
+                .lights = PNB_LIGHT_BIT(PNB_LIGHT_RECTANGLE) | PNB_LIGHT_BIT(PNB_LIGHT_DISK) |     \
+                          PNB_LIGHT_BIT(PNB_LIGHT_POLYGON),                                        \
                 .receivers = PNB_RECEIVERS_ANY,                                                    \
                 .processor = PNB_PROCESSOR_OPENGL,                                                 \
                 .params = list,                                                                    \

@@ -8,7 +8,11 @@
 // branch of an `if`, but leave a loop when all their lanes have.
 #include "gl/receiver.glsl"
 #include "method/wedge/common.glsl"
+#if LINE_ROWS > 0
+#include "method/wedge/sum_lines.glsl"
+#else
 #include "method/wedge/sum.glsl"
+#endif
 
 // Cells of which less is hidden count as seen.
 #define NOTHING 1e-5
@@ -23,6 +27,7 @@ uniform int word_count, list_width, list_rows, mask_width;
 
 // Whether a pixel whose loops the device ended is to show it, by being less than it is by this.
 uniform int marks;
+uniform float light_share; // of the whole light, of which this is a piece
 #define CUT 4.0
 
 layout(location = 0) out float out_visibility;
@@ -89,22 +94,41 @@ struct List {
     bool masked;          // word has only items that matter to the tile
 };
 
-// Goes on to a group that has an item. Groups without a mask are asked for their boxes.
+// Goes on to the next place unless a group with an item is found. Groups without a mask are asked
+// for their boxes.
+void find_step(inout List l, vec3 p)
+{
+    bool go = l.word == 0u && l.slot < l.count;
+    int row = l.slot / list_width;
+    ivec2 at = ivec2(l.slot - row * list_width, l.big * list_rows + row);
+    uint word = texelFetch(item_mask, ivec2(min(l.slot, mask_width - 1), l.tile), 0).x;
+    int group = go ? int(texelFetch(list, at, 0).x) : l.group;
+    bool masked = l.slot < mask_width;
+#if TRIES > 1
+    if (!masked) {
+#else
+    for (int once = masked ? 1 : 0; once < 1; once++) {
+#endif
+        vec3 low = texelFetch(group_low, fold(group), 0).xyz;
+        vec3 high = texelFetch(group_high, fold(group), 0).xyz;
+        word = misses(low, high, p, p, true) ? 0u : 0xffffffffu;
+    }
+    l.word = go ? word : l.word;
+    l.masked = go ? masked : l.masked;
+    l.group = group;
+    l.slot += go ? 1 : 0;
+}
+
+// Goes on to a group that has an item. Several places a turn: software rasterisers count turns.
 void find_group(inout List l, vec3 p)
 {
     while (l.word == 0u && l.slot < l.count) {
-        int row = l.slot / list_width;
-        ivec2 at = ivec2(l.slot - row * list_width, l.big * list_rows + row);
-        uint word = texelFetch(item_mask, ivec2(min(l.slot, mask_width - 1), l.tile), 0).x;
-        l.group = int(texelFetch(list, at, 0).x);
-        l.masked = l.slot < mask_width;
-        for (int once = l.masked ? 1 : 0; once < 1; once++) {
-            vec3 low = texelFetch(group_low, fold(l.group), 0).xyz;
-            vec3 high = texelFetch(group_high, fold(l.group), 0).xyz;
-            word = misses(low, high, p, p, true) ? 0u : 0xffffffffu;
-        }
-        l.word = word;
-        l.slot++;
+        find_step(l, p);
+#if TRIES > 1
+        find_step(l, p);
+        find_step(l, p);
+        find_step(l, p);
+#endif
     }
 }
 
@@ -152,15 +176,31 @@ struct Hidden { // of the cells of one row
     CELLS area, x0, x1, y0, y1;
 };
 
+#if LINE_ROWS > 0
+#define FILL(j) TAKE(cell_area[j])
+#else
+#define FILL(j) CELLS(1.0)
+#endif
+
 #if GRAVITY
 // A box around the centre of gravity, as large as the cell lets it be on the nearer side, and no
 // smaller than the area: right for a half-plane and for a corner.
 Hidden hidden_row(Sum s, int j)
 {
     Hidden h;
-    h.area = clamp(s.area[j], 0.0, 1.0);
     CELLS over = 1.0 / max(s.area[j], 1e-6);
-    CELLS gx = clamp(s.moment_x[j] * over, 0.0, 1.0), gy = clamp(s.moment_y[j] * over, 0.0, 1.0);
+    CELLS gx = s.moment_x[j] * over, gy = s.moment_y[j] * over;
+#if LINE_ROWS > 0
+    // Within the cell's bounds, and in units of these.
+    CELLS width = TAKE(cell_width[j]), height = TAKE(cell_height[j]);
+    h.area = clamp(s.area[j] / max(width * height, 1e-9), CELLS(0.0), FILL(j));
+    gx = (gx - TAKE(cell_x[j])) / max(width, 1e-6);
+    gy = (gy - TAKE(cell_y[j])) / max(height, 1e-6);
+#else
+    h.area = clamp(s.area[j], 0.0, 1.0);
+#endif
+    gx = clamp(gx, 0.0, 1.0);
+    gy = clamp(gy, 0.0, 1.0);
     CELLS hx = min(gx, 1.0 - gx), hy = min(gy, 1.0 - gy);
     CELLS grow = sqrt(max(h.area / max(4.0 * hx * hy, 1e-12), 1.0));
     hx *= grow;
@@ -193,7 +233,7 @@ Hidden hidden_row(Sum s, int j)
 
 // Section 3.2: what silhouette s hides joins what is hidden already; epsilon of it is counted by
 // both. Where either hides nothing the other stays as it is.
-void blend(inout Hidden f, Hidden s)
+void blend(inout Hidden f, Hidden s, CELLS fill)
 {
     CELLS box_f = (f.x1 - f.x0) * (f.y1 - f.y0), box_s = (s.x1 - s.x0) * (s.y1 - s.y0);
     CELLS beta = max(min(f.x1, s.x1) - max(f.x0, s.x0), 0.0) *
@@ -204,7 +244,7 @@ void blend(inout Hidden f, Hidden s)
     CELLS both = new_s * old_f;
     CELLS x0 = min(f.x0, s.x0), x1 = max(f.x1, s.x1), y0 = min(f.y0, s.y0), y1 = max(f.y1, s.y1);
     CELLS area = f.area + s.area - min(epsilon, min(f.area, s.area));
-    area = min(area, (x1 - x0) * (y1 - y0));
+    area = min(area, min((x1 - x0) * (y1 - y0), fill));
     CELLS only_s = new_s * (1.0 - old_f);
     f.area = mix(mix(f.area, s.area, only_s), area, both);
     f.x0 = mix(mix(f.x0, s.x0, only_s), x0, both);
@@ -223,6 +263,25 @@ float total(CELLS v)
 #endif
 }
 
+#if LINE_ROWS > 0
+// The share of the light where  slope . (x, y) + height <= 0: below the receiver's horizon. The
+// horizon is one edge, all across.
+float below_horizon(vec2 slope, float height)
+{
+    float steep = max(abs(slope.x), 1e-6 * abs(slope.y));
+    if (steep == 0.0)
+        return height > 0.0 ? 0.0 : 1.0;
+    steep = slope.x < 0.0 ? -steep : steep;
+    Sum s;
+    sum_clear(s);
+    sum_add(s, 1.0, vec2((slope.y - height) / steep, -1.0), vec2((-slope.y - height) / steep, 1.0));
+    float left = 0.0;
+    for (int j = 0; j < ROWS; j++)
+        left += total(s.area[j]);
+    left /= light_area;
+    return steep > 0.0 ? left : 1.0 - left;
+}
+#else
 // The share of the light where  slope . (x, y) + height <= 0: below the receiver's horizon.
 float below_horizon(vec2 slope, float height)
 {
@@ -236,6 +295,7 @@ float below_horizon(vec2 slope, float height)
                                  : ((cb - ca) * 0.5 * (ca + cb) + max(ub, 1.0) - max(ua, 1.0)) / du;
     return c.x > 0.0 ? up_to : 1.0 - up_to;
 }
+#endif
 
 void main()
 {
@@ -286,9 +346,13 @@ void main()
         for (; part != here; part = here) { // not an `if`: see above
 #if BLEND
             for (int j = 0; j < ROWS; j++)
-                blend(final[j], hidden_row(s, j));
+                blend(final[j], hidden_row(s, j), FILL(j));
+#else
+#if LINE_ROWS > 0
+            float all = clamp(s.area[0] / light_area, 0.0, 1.0);
 #else
             float all = clamp(s.area[0], 0.0, 1.0);
+#endif
 #if MIDDLE
             float middle = s.middle > 0.5 ? 1.0 : 0.0;
             hard = max(hard, middle);
@@ -322,8 +386,12 @@ void main()
 #if BLEND
     float hidden = 0.0;
     for (int j = 0; j < ROWS; j++)
-        hidden += total(final[j].area);
-    float v = 1.0 - hidden / float(COLUMNS * ROWS);
+#if LINE_ROWS > 0
+        hidden += total(final[j].area * TAKE(cell_width[j]) * TAKE(cell_height[j])) / light_area;
+#else
+        hidden += total(final[j].area) / float(COLUMNS * ROWS);
+#endif
+    float v = 1.0 - hidden;
 #elif MIDDLE
     float v = 1.0 - (hard + soft);
 #else
@@ -332,6 +400,6 @@ void main()
     // What lies below the horizon is hidden by the receiver's own surface, which mostly is a part too.
     vec2 slope = vec2(dot(r.normal, light_half_u), dot(r.normal, light_half_v));
     v = min(v, 1.0 - below_horizon(slope, -dot(r.normal, d)));
-    v = r.valid ? clamp(v, 0.0, 1.0) : 1.0;
+    v = light_share * (r.valid ? clamp(v, 0.0, 1.0) : 1.0);
     out_visibility = cut && marks > 0 ? v - CUT : v;
 }

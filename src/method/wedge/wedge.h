@@ -64,14 +64,23 @@ pnb_status wedge_parts_create(pnb_scene *scene, const struct gl_occluders *occlu
                               struct wedge_parts **out_parts);
 void wedge_parts_destroy(struct wedge_parts *parts);
 
-/* Light space: x and y in half sides of the light from its middle, z metres along its normal. */
+#define WEDGE_CORNERS_MAX 24
+
+/* A convex light. Light space: x and y in half_u and half_v from its middle, z metres along its
+ * normal; the light lies within [-1,1]^2. */
 struct wedge_light {
     vec3 center, half_u, half_v, normal;
     vec3 x_axis, y_axis; /* x = x_axis . (p - center) */
     double gap;          /* occluders nearer to the light's plane than this do not count, metres */
+    bool rectangle;      /* fills [-1,1]^2 */
+    int corner_count;    /* light space, counter-clockwise */
+    double corners[WEDGE_CORNERS_MAX][2];
+    double share; /* of the area of the whole, of which this is a piece */
 };
-void wedge_light_init(const struct light_shape *shape, const struct gl_occluders *occluders,
-                      struct wedge_light *light);
+/* The convex pieces of a light. lights: the caller's to free with memory_free(). */
+pnb_status wedge_lights_create(pnb_context *context, const struct light_shape *shape,
+                               const struct gl_occluders *occluders,
+                               struct wedge_light **out_lights, size_t *out_count);
 vec3 wedge_light_from_world(const struct wedge_light *light, vec3 p);
 
 /* Marks the parts that reach through the light's plane, and packs the items anew where that changed
