@@ -215,6 +215,7 @@ static pnb_status pack(struct wedge_parts *parts)
 {
     pnb_context *context = parts->context;
     size_t count = lay_out(parts);
+    parts->packed = false;
     struct wedge_item *items = memory_calloc(context, count, sizeof(*items));
     struct wedge_group *groups = memory_calloc(context, count / WEDGE_GROUP, sizeof(*groups));
     if (!items || !groups) {
@@ -229,6 +230,7 @@ static pnb_status pack(struct wedge_parts *parts)
     parts->items = items;
     parts->groups = groups;
     parts->group_count = count / WEDGE_GROUP;
+    parts->packed = true;
     return PNB_OK;
 }
 
@@ -398,7 +400,7 @@ void wedge_parts_destroy(struct wedge_parts *parts)
 pnb_status wedge_parts_cut(struct wedge_parts *parts, const struct wedge_light *light,
                            bool *out_changed)
 {
-    *out_changed = false;
+    *out_changed = !parts->packed;
     vec3 n = light->normal;
     for (size_t i = 0; i < parts->part_count; i++) {
         struct wedge_part *part = &parts->parts[i];

@@ -100,6 +100,7 @@ pnb_status wedge_tables_upload(struct wedge_room *room)
     int rows = fold_rows(room->parts->part_count);
     pnb_status status = PNB_OK;
     room->width = 0; /* lists are made anew */
+    room->uploaded = false;
     for (int k = 0; k < 2 && status == PNB_OK; k++) {
         memory_free(context, room->box_texels[k]);
         room->box_texels[k] = memory_calloc(context, (size_t)rows * FOLD, 4 * sizeof(float));
@@ -109,7 +110,10 @@ pnb_status wedge_tables_upload(struct wedge_room *room)
     }
     if (status == PNB_OK)
         status = upload_items(room);
-    return status == PNB_OK ? upload_groups(room) : status;
+    if (status == PNB_OK)
+        status = upload_groups(room);
+    room->uploaded = status == PNB_OK;
+    return status;
 }
 
 /* The box around the eight corners of each part's box. */

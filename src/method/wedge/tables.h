@@ -25,6 +25,7 @@ struct wedge_room {
     struct gl_device *device;
     struct wedge_parts *parts;
     struct wedge_programs programs;
+    bool uploaded;                 /* what follows from the parts is there, all of it */
     struct gl_texture *in[5];      /* items as given: a, b, c, first, second of struct wedge_item */
     struct gl_texture *group_info; /* struct wedge_group of each group */
     struct gl_texture *part_box[2]; /* low, high; light space */

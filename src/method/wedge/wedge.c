@@ -91,7 +91,7 @@ static pnb_status make_sums(pnb_solver *solver, struct wedge_room *room, enum we
     make(&status, room, "method/wedge/setup.frag", setup, &room->programs.setup);
     make(&status, room, "method/wedge/wedge.frag", wedge, &room->programs.wedge);
     room->search = search;
-    room->line_rows = line_rows;
+    room->line_rows = status == PNB_OK ? line_rows : -1; /* else they are made again */
     if (blends(solver) && !gravity != is(solver, "overlap", "rectangle"))
         solver_warn(solver, "overlap=rectangle is for the cells of a rectangle's grid: "
                             "overlap=gravity is taken");
@@ -500,7 +500,7 @@ static pnb_status draw_light(struct work *work)
     bool changed;
     double start = clock_ms();
     pnb_status status = wedge_parts_cut(room->parts, &work->lights[0], &changed);
-    if (status == PNB_OK && changed)
+    if (status == PNB_OK && (changed || !room->uploaded))
         status = wedge_tables_upload(room);
     if (status == PNB_OK)
         status = wedge_tables_resize(room, work->frame->width, work->frame->height);

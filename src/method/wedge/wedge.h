@@ -55,6 +55,7 @@ struct wedge_parts {
     struct wedge_item *items; /* group_count x WEDGE_GROUP */
     struct wedge_group *groups;
     size_t group_count;
+    bool packed;       /* items and groups are those of the parts as they are cut now */
     size_t open_count; /* edges of parts that are not closed, planes of the scene left out */
 };
 
