@@ -1,8 +1,8 @@
 /* method/exact/exact.c: visibility of area lights without noise: the record, and a frame's work.
  *
  * create: clusters per mesh (exact_scene.c). visibility: the light becomes a grid of samples
- * (exact_light.c); receivers are grouped to tiles of up to 64 neighbours, 8x8 pixels of an image or
- * runs along a Morton curve; each tile is solved by itself (exact_tile.inc). Nothing is kept
+ * (exact_light.c); receivers are grouped to tiles of up to 256 neighbours, 16x16 pixels of an image
+ * or runs along a Morton curve; each tile is solved by itself (exact_bounds.inc, exact_tile.inc). Nothing is kept
  * between frames. Results depend on the tile's receivers alone, never on threads.
  */
 #include <stdlib.h>
@@ -403,7 +403,8 @@ static const pnb_param_info params[] = {
      .default_value = "auto",
      .choices = "auto|on|off",
      .summary = "measure lengths along the rows of samples instead of counting samples: half the "
-                "error at two times the cost; auto: for lines"},
+                "error at two times the cost; auto: for lines, and areas in closed form where "
+                "convex occluders look apart"},
     {.key = "path",
      .type = PNB_PARAM_CHOICE,
      .default_value = "silhouette",
