@@ -5,10 +5,10 @@
  * predictor):
  *   outline   one sample: directed silhouette edges to the hard outline, ours over Clipper's
  *   rings     all K silhouettes, outlines, and all winding levels of the K outlines together
- *   fill      triangles of all faces and the exchange of diagonals, ours over our rings
+ *   fill      triangles of all faces: milliseconds, and over our outlines and rings
  *   area      largest relative difference of a level's area to Clipper's
- * --steady measures how a moving light moves the shadow, see steadiness(); --quality what the
- * method's parameters do to error and cost (planar_quality.c).
+ * --quality measures what the method's parameters do to error and cost (planar_quality.c); how a
+ * moving light moves the shadow is bench planar-tolerance --steady.
  * Silhouettes are part of both sides' time. Clipper gets closed loops linked from the same edges.
  */
 #define _GNU_SOURCE
@@ -164,81 +164,6 @@ static double level_area(const struct shadow_part *part, int level)
     return sum;
 }
 
-/* --steady: the light moves a little a hundred times; how far a method's change at a point differs
- * from the truth's own, worst point and step. */
-static void steadiness(void)
-{
-    enum { side = 64, steps = 100, points = side * side };
-    static const char *const scenes[] = {"builtin:two-boxes", "builtin:knot", "builtin:pole"};
-    static const struct {
-        const char *name;
-        int samples;
-        pnb_solver_param param;
-    } modes[] = {
-        {"rings, K=3", 3, {"mend", "even"}},
-        {"rings, K=16", 16, {"mend", "even"}},
-        {"exact vertices, K=16", 16, {"intensity", "exact"}},
-        {"tolerance 1/64", 0, {"tolerance", "0.015625"}},
-    };
-    enum { mode_count = sizeof(modes) / sizeof(modes[0]) };
-    static float positions[3 * points], normals[3 * points];
-    static float truth[2][points], seen[mode_count][2][points];
-    for (int i = 0; i < points; i++) {
-        positions[3 * i] = (float)(4 * (2 * (i % side + 0.5) / side - 1));
-        positions[3 * i + 2] = (float)(4 * (2 * (i / side + 0.5) / side - 1));
-        normals[3 * i + 1] = 1;
-    }
-    pnb_receivers receivers = {.count = points, .positions = positions, .normals = normals};
-    printf("%-18s %-22s %s\n", "scene", "mode", "worst jump beyond the truth's own, mean of steps");
-    for (size_t n = 0; n < sizeof(scenes) / sizeof(scenes[0]); n++) {
-        pnb_context *context;
-        pnb_scene *scene;
-        pnb_solver *exact, *solvers[mode_count];
-        double worst[mode_count] = {0}, mean[mode_count] = {0};
-        if (pnb_context_create(NULL, &context))
-            return;
-        if (pnb_scene_load(context, scenes[n], &scene) ||
-            pnb_solver_create(context, scene, &(pnb_solver_desc){.method = "exact"}, &exact))
-            bench_die(context);
-        for (int m = 0; m < mode_count; m++) {
-            pnb_solver_desc desc = {.method = "planar",
-                                    .samples = modes[m].samples,
-                                    .params = &modes[m].param,
-                                    .param_count = 1};
-            if (pnb_solver_create(context, scene, &desc, &solvers[m]))
-                bench_die(context);
-        }
-        for (int step = 0; step <= steps; step++) {
-            pnb_light light;
-            pnb_scene_light(scene, 0, &light);
-            light.shape.rectangle.center[0] += 0.3 * step / steps;
-            light.shape.rectangle.center[2] += 0.1 * step / steps;
-            int now = step & 1, old = !now;
-            if (pnb_solver_visibility(exact, &light, &receivers, truth[now]))
-                bench_die(context);
-            for (int m = 0; m < mode_count; m++) {
-                if (pnb_solver_visibility(solvers[m], &light, &receivers, seen[m][now]))
-                    bench_die(context);
-                double jump = 0;
-                for (int i = 0; i < points && step > 0; i++)
-                    if (!isnan(seen[m][now][i]))
-                        jump = fmax(jump, fabs(seen[m][now][i] - seen[m][old][i] -
-                                               (truth[now][i] - truth[old][i])));
-                worst[m] = fmax(worst[m], jump);
-                mean[m] += jump / steps;
-            }
-        }
-        for (int m = 0; m < mode_count; m++) {
-            printf("%-18s %-22s %.3f %.3f\n", scenes[n], modes[m].name, worst[m], mean[m]);
-            pnb_solver_destroy(solvers[m]);
-        }
-        fflush(stdout);
-        pnb_solver_destroy(exact);
-        pnb_scene_destroy(scene);
-        pnb_context_destroy(context);
-    }
-}
-
 int main(int argc, char **argv)
 {
     static const struct {
@@ -251,17 +176,13 @@ int main(int argc, char **argv)
         {"blob-50k", BENCH_BLOB, 316, 158},
     };
     static const int counts[] = {1, 3, 8, 16};
-    if (argc > 1 && strcmp(argv[1], "--steady") == 0) {
-        steadiness();
-        return 0;
-    }
     if (argc > 1 && strcmp(argv[1], "--quality") == 0) {
         bench_planar_quality();
         return 0;
     }
     bool json = argc > 1 && strcmp(argv[1], "--json") == 0;
     if (argc > 1 && !json) {
-        printf("usage: penumbra bench planar [--json | --quality | --steady]\n");
+        printf("usage: penumbra bench planar [--json | --quality]\n");
         return strcmp(argv[1], "--help") ? 2 : 0;
     }
     if (json)
@@ -313,6 +234,7 @@ int main(int argc, char **argv)
                         fabs(peer_level_area(s.peer, (size_t)i)) / (s.plane.scale * s.plane.scale);
                     worst = fmax(worst, fabs(a - b) / level_area(&s.part, 1));
                 }
+            double fill = filled - ours, made = (best.outlines_ms + best.rings_ms) / SETS;
             if (json)
                 printf(
                     "%s\n {\"mesh\": \"%s\", \"closed\": %s, \"samples\": %d, \"silhouettes_ms\": "
@@ -326,9 +248,8 @@ int main(int argc, char **argv)
                 printf(
                     "%-9s %3d | %8.3f %8.3f %8.3f %8.3f %8.3f | %9.3f %6.1fx %8.2f | %9.1e%s%s\n",
                     meshes[m].name, k, best.silhouettes_ms / SETS, best.outlines_ms / SETS,
-                    best.rings_ms / SETS, filled - ours, ours, peer, peer / ours,
-                    (filled - ours) / (best.rings_ms / SETS), worst, info.closed ? "" : " open!",
-                    best.careful ? " careful" : "");
+                    best.rings_ms / SETS, fill, ours, peer, peer / ours, fill / made, worst,
+                    info.closed ? "" : " open!", best.careful ? " careful" : "");
             fflush(stdout);
         }
         peer_destroy(s.peer);

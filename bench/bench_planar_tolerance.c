@@ -144,7 +144,30 @@ static struct errors judge(const struct points *p, double tolerance)
     return e;
 }
 
-static void measure(const char *name, double tolerance, bool json, bool first)
+/* The worst points, for humans. */
+static void show_places(const struct points *p, const char *where)
+{
+    enum { most = 6 };
+    size_t worst[most] = {0}, count = 0;
+    for (size_t i = 0; i < p->receivers.count; i++) {
+        double off = fabs(p->seen[i] - p->truth[i]);
+        if (isnan(off))
+            continue;
+        size_t k = count < most ? count++ : most;
+        for (; k > 0 && off > fabs(p->seen[worst[k - 1]] - p->truth[worst[k - 1]]); k--)
+            if (k < most)
+                worst[k] = worst[k - 1];
+        if (k < most)
+            worst[k] = i;
+    }
+    for (size_t k = 0; k < count; k++) {
+        size_t i = worst[k];
+        printf("  %s (%.6f %.6f %.6f): visibility %.5f, exact %.5f\n", where, p->positions[3 * i],
+               p->positions[3 * i + 1], p->positions[3 * i + 2], p->seen[i], p->truth[i]);
+    }
+}
+
+static void measure(const char *name, double tolerance, bool json, bool places, bool first)
 {
     pnb_context *context;
     pnb_scene *scene;
@@ -205,6 +228,8 @@ static void measure(const char *name, double tolerance, bool json, bool first)
             pnb_solver_visibility(planar, &light, &p.receivers, p.seen))
             bench_die(context);
         e[k] = judge(&p, tolerance);
+        if (places)
+            show_places(&p, k ? "shadow" : "plane");
         free_points(&p);
     }
     double evaluations = 0;
@@ -334,7 +359,9 @@ static void steadiness(const char *name, bool json, bool first)
 
 static void help(void)
 {
-    printf("usage: penumbra bench planar-tolerance [--json] [--steady | --tolerance T] [SCENE...]\n"
+    printf("usage: penumbra bench planar-tolerance [--json] [--steady | --tolerance T] [--places] "
+           "[SCENE...]\n"
+           "--places shows the worst points. "
            "SCENE is anything that penumbra loads, or one of the planar suite's meshes: blob knot "
            "box slabs\n");
 }
@@ -346,7 +373,7 @@ int main(int argc, char **argv)
         "builtin:room",      "blob",         "knot",         "box",          "slabs"};
     static const char *const moving[] = {"builtin:two-boxes", "builtin:knot", "builtin:pole"};
     double tolerance = 1.0 / 255;
-    bool json = false, first = true, steady = false;
+    bool json = false, first = true, steady = false, places = false;
     const char *const *scenes = usual;
     int count = sizeof(usual) / sizeof(usual[0]), i = 1;
     for (; i < argc && argv[i][0] == '-'; i++) {
@@ -354,6 +381,8 @@ int main(int argc, char **argv)
             json = true;
         } else if (strcmp(argv[i], "--steady") == 0) {
             steady = true;
+        } else if (strcmp(argv[i], "--places") == 0) {
+            places = true;
         } else if (strcmp(argv[i], "--tolerance") == 0 && i + 1 < argc && atof(argv[i + 1]) > 0) {
             tolerance = atof(argv[++i]);
         } else {
@@ -380,7 +409,7 @@ int main(int argc, char **argv)
         if (steady)
             steadiness(scenes[k], json, first);
         else
-            measure(scenes[k], tolerance, json, first);
+            measure(scenes[k], tolerance, json, places && !json, first);
         first = false;
     }
     if (json)

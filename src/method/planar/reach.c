@@ -71,7 +71,7 @@ static struct planar_point on_grid(const struct shadow_plane *plane, const doubl
 
 /* The part of the receiver's box behind a one-sided light's plane. */
 static void find_dark_side(const struct shadow_plane *plane, const struct light_shape *shape,
-                           double lift, struct reach *r)
+                           struct reach *r)
 {
     pnb_light_type type = shape->light.type;
     if (type != PNB_LIGHT_RECTANGLE && type != PNB_LIGHT_DISK && type != PNB_LIGHT_POLYGON)
@@ -86,8 +86,7 @@ static void find_dark_side(const struct shadow_plane *plane, const struct light_
                            {plane->lo[0], plane->hi[1]}};
     double s[4];
     for (int i = 0; i < 4; i++)
-        s[i] = n.x * (corner[i][0] - l.x) + n.y * (corner[i][1] - l.y) - n.z * l.z +
-               fmin(0, n.z * lift); /* receivers are lifted */
+        s[i] = n.x * (corner[i][0] - l.x) + n.y * (corner[i][1] - l.y) - n.z * l.z;
     for (int i = 0; i < 4; i++) {
         int j = (i + 1) % 4;
         if (s[i] <= 0)
@@ -117,8 +116,7 @@ static bool in_dark(const struct reach *r, struct planar_point p)
 }
 
 bool reach_find_region(struct shadow_plane *plane, const struct shadow_cluster *clusters,
-                       size_t count, const struct light_shape *shape, double far, double lift,
-                       struct reach *r)
+                       size_t count, const struct light_shape *shape, double far, struct reach *r)
 {
     enum { per_cluster = 24 };
     double lo[2] = {INFINITY, INFINITY}, hi[2] = {-INFINITY, -INFINITY};
@@ -146,7 +144,7 @@ bool reach_find_region(struct shadow_plane *plane, const struct shadow_cluster *
             }
         }
     }
-    find_dark_side(plane, shape, lift, r);
+    find_dark_side(plane, shape, r);
     bool empty = false;
     for (int axis = 0; axis < 2; axis++) {
         /* 24 points of the border are not all of it. */

@@ -22,7 +22,7 @@
 #include "method/planar/refine.h"
 
 #define SAFETY        0.75
-#define SMALLEST      (1.0 / 6000)
+#define SMALLEST      (1.0 / 8000)
 #define CELLS         9   /* each triangle has a sample in each of its ninths */
 #define SAMPLES_LEAST 5   /* with fewer a triangle is not split: first more samples */
 #define KEEP_SLACK    0.6 /* a kept mesh loses vertices only where this much of the limit is kept */
@@ -608,8 +608,7 @@ pnb_status shadow_refine(struct shadow_builder *b, struct shadow_plane *plane,
         return status;
     status = shadow_clusters(context, &shape, &clusters, &cluster_count);
     double far = 1e6 * fmax(plane->hi[0] - plane->lo[0], plane->hi[1] - plane->lo[1]);
-    if (!status && reach_find_region(plane, clusters, cluster_count, &shape, far,
-                                     scene_receiver_lift(b->scene), &region)) {
+    if (!status && reach_find_region(plane, clusters, cluster_count, &shape, far, &region)) {
         r.smallest = SMALLEST * fmax((double)region.shadow_hi.x - region.shadow_lo.x,
                                      (double)region.shadow_hi.y - region.shadow_lo.y);
         bool on = settings->keep && can_go_on(plane->kept, &region);

@@ -131,8 +131,7 @@ pnb_status reach_find_foot(struct shadow_builder *b, const struct shadow_plane *
                            const struct reach *region, struct reach_foot *foot);
 /* False: no shadow can fall on the receiver. */
 bool reach_find_region(struct shadow_plane *plane, const struct shadow_cluster *clusters,
-                       size_t count, const struct light_shape *shape, double far, double lift,
-                       struct reach *r);
+                       size_t count, const struct light_shape *shape, double far, struct reach *r);
 
 /* kinks.c: the first mesh, values not yet known. out_kinks: it has the shadow's kinks, no grid is
  * needed. corners: of the light, plane space. */
