@@ -250,10 +250,9 @@ static int check_param_value(const char *command, const pnb_param_info *info, co
             return CLI_GO_ON;
         return cli_usage_error(command, what, "'%.60s' is none of %.200s", value, info->choices);
     }
-    char *end;
-    double number = strtod(value, &end);
+    double number;
     bool whole = info->type == PNB_PARAM_INTEGER;
-    if (end == value || *end || !isfinite(number) || (whole && number != floor(number)))
+    if (!pnb_param_number(value, &number) || (whole && number != floor(number)))
         return cli_usage_error(command, what, "'%.60s' is not a %s", value,
                                whole ? "whole number" : "number");
     if (number < info->minimum || number > info->maximum)

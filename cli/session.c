@@ -369,11 +369,14 @@ json_t *cli_json_parameters(const pnb_solver_param *params, size_t param_count,
         for (size_t p = 0; p < param_count; p++)
             if (strcmp(params[p].key, info->key) == 0)
                 value = params[p].value;
-        bool number = info->type == PNB_PARAM_NUMBER, whole = info->type == PNB_PARAM_INTEGER;
+        bool whole = info->type == PNB_PARAM_INTEGER;
+        double number = 0;
+        if (whole || info->type == PNB_PARAM_NUMBER)
+            pnb_param_number(value, &number);
         json_object_set_new(object, info->key,
-                            whole    ? json_integer((json_int_t)strtod(value, NULL))
-                            : number ? cli_json_number(strtod(value, NULL))
-                                     : cli_json_text(value));
+                            whole                            ? json_integer((json_int_t)number)
+                            : info->type == PNB_PARAM_NUMBER ? cli_json_number(number)
+                                                             : cli_json_text(value));
     }
     return object;
 }

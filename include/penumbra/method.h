@@ -43,8 +43,9 @@ typedef struct pnb_method_info {
     unsigned lights;     /* PNB_LIGHT_BIT()s of the light types that it can do */
     pnb_receiver_kind receivers;
     pnb_processor processor;
-    bool opengl_path; /* a method of the CPU with a second path on OpenGL, by its parameter "path" */
-    bool samples; /* takes a number of light samples */
+    bool
+        opengl_path; /* a method of the CPU with a second path on OpenGL, by its parameter "path" */
+    bool samples;    /* takes a number of light samples */
     int default_samples;
     const pnb_param_info *params;
     size_t param_count;
@@ -54,6 +55,9 @@ typedef struct pnb_method_info {
 PNB_API size_t pnb_method_count(void);
 PNB_API const pnb_method_info *pnb_method(size_t index);
 PNB_API const pnb_method_info *pnb_method_find(const char *name); /* NULL: none of that name */
+
+/* How the text of a numeric parameter is read: "0.25" or a fraction "1/255". False: it is none. */
+PNB_API bool pnb_param_number(const char *text, double *out_number);
 
 typedef struct pnb_solver pnb_solver;
 

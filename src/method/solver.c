@@ -14,12 +14,18 @@
 
 #define SAMPLES_MAX 262144
 
-static bool parse_number(const char *text, double *out)
+bool pnb_param_number(const char *text, double *out_number)
 {
     char *end;
     errno = 0;
-    *out = strtod(text, &end);
-    return end != text && *end == 0 && isfinite(*out) && errno != ERANGE;
+    double number = strtod(text, &end);
+    if (end != text && *end == '/') {
+        const char *below = end + 1;
+        double divisor = strtod(below, &end);
+        number = end != below && divisor != 0 ? number / divisor : NAN;
+    }
+    *out_number = number;
+    return end != text && *end == 0 && isfinite(number) && errno != ERANGE;
 }
 
 static bool choice_has(const char *choices, const char *word)
@@ -41,7 +47,7 @@ static pnb_status check_value(pnb_context *context, const pnb_param_info *info, 
     switch (info->type) {
     case PNB_PARAM_INTEGER:
     case PNB_PARAM_NUMBER:
-        if (!parse_number(value, &number))
+        if (!pnb_param_number(value, &number))
             return status_fail(context, PNB_ERROR_ARGUMENT, info->key, "'%s' is not a number",
                                value);
         if (info->type == PNB_PARAM_INTEGER && number != floor(number))
@@ -245,7 +251,8 @@ const char *solver_param(const pnb_solver *solver, const char *key)
 
 double solver_param_number(const pnb_solver *solver, const char *key)
 {
-    return strtod(solver_param(solver, key), NULL);
+    double number;
+    return pnb_param_number(solver_param(solver, key), &number) ? number : 0;
 }
 
 int solver_param_integer(const pnb_solver *solver, const char *key)
