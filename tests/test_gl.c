@@ -355,7 +355,7 @@ static void test_occluders(void **state)
         pnb_scene *scene;
         must(*state, pnb_scene_load(*state, path, &scene));
         struct gl_occluders *o;
-        must(*state, gl_occluders_create(scene, &o));
+        must(*state, gl_occluders_create(scene, true, &o));
         size_t uses = 0;
         for (size_t e = 0; e < o->edge_count; e++) {
             const struct gl_edge *edge = &o->edges[e];
@@ -391,7 +391,7 @@ static void test_occluders(void **state)
     static const double mirrored[12] = {-1, 0, 0, 0, 0, 1, 0, 0.5, 0, 0, 1, 0};
     must(*state, pnb_scene_set_placement(scene, 1, mirrored));
     struct gl_occluders *o;
-    must(*state, gl_occluders_create(scene, &o));
+    must(*state, gl_occluders_create(scene, true, &o));
     assert_true(o->objects[0].floor && o->objects[0].floor_normal.y > 0.99);
     assert_true(o->objects[1].floor && o->objects[1].floor_normal.y < -0.99);
     for (size_t t = 0; t < o->triangle_count; t++)

@@ -122,7 +122,7 @@ static void compare_with_twin(const char *scene, const pnb_light *light_wanted, 
     struct light_shape shape;
     bool changed;
     assert_int_equal(light_shape_init(picture.context, &picture.light, &shape), PNB_OK);
-    assert_int_equal(gl_occluders_create(picture.scene, &occluders), PNB_OK);
+    assert_int_equal(gl_occluders_create(picture.scene, true, &occluders), PNB_OK);
     assert_int_equal(wedge_parts_create(picture.scene, occluders, &wedges), PNB_OK);
     assert_int_equal(wedge_lights_create(picture.context, &shape, occluders, &light, &pieces),
                      PNB_OK);

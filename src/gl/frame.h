@@ -78,6 +78,7 @@ struct gl_edge {
 };
 struct gl_occluders {
     pnb_context *context;
+    bool with_edges;
     float *positions;  /* vertex_count x 3, world, welded per object */
     uint32_t *indices; /* triangle_count x 3; faces counter-clockwise from outside in world space */
     float *planes;     /* triangle_count x 4: unit normal, d; n.p + d; zeros: degenerate */
@@ -90,7 +91,10 @@ struct gl_occluders {
     /* On the device (NULL until gl_occluders_upload). */
     struct gl_buffer *position_buffer, *index_buffer;
 };
-pnb_status gl_occluders_create(pnb_scene *scene, struct gl_occluders **out_occluders);
+/* Without edges (and then nothing welded, nothing known to be closed) for methods that only draw
+ * triangles. */
+pnb_status gl_occluders_create(pnb_scene *scene, bool with_edges,
+                               struct gl_occluders **out_occluders);
 void gl_occluders_destroy(struct gl_occluders *occluders); /* buffers need begin */
 /* Made anew after the scene changed; on failure the old one stays. */
 pnb_status gl_occluders_update(pnb_scene *scene, struct gl_occluders **occluders);

@@ -6,6 +6,9 @@
  * those that run in opposite directions, then the rest among themselves (same_way), and the last
  * one of an odd number stays alone. Cost: O(vertices + triangles), once per mesh or placement.
  * Memory: 12 bytes a vertex, 28 a triangle, 20 an edge.
+ *
+ * Methods that draw triangles only ask for no edges: then vertices and faces are as the meshes have
+ * them, no object counts as closed, and nothing is welded or paired.
  */
 #include <string.h>
 
@@ -15,7 +18,7 @@ struct sums {
     size_t vertices, triangles, edges, objects;
 };
 
-static pnb_status count_all(pnb_scene *scene, struct sums *sums)
+static pnb_status count_all(pnb_scene *scene, bool with_edges, struct sums *sums)
 {
     for (size_t i = 0; i < scene->object_count; i++) {
         const pnb_object *object = &scene->objects[i].info;
@@ -23,14 +26,18 @@ static pnb_status count_all(pnb_scene *scene, struct sums *sums)
         const struct mesh_edges *edges;
         if (!object->casts || mesh->triangle_count == 0)
             continue;
+        sums->triangles += mesh->triangle_count;
+        sums->objects++;
+        if (!with_edges) {
+            sums->vertices += mesh->vertex_count;
+            continue;
+        }
         pnb_status status = mesh_get_edges(scene->context, mesh, &edges);
         if (status != PNB_OK)
             return status;
         sums->vertices += edges->welded_count;
-        sums->triangles += mesh->triangle_count;
         for (size_t e = 0; e < edges->edge_count; e++)
             sums->edges += (edges->edges[e].use_count + 1u) / 2u;
-        sums->objects++;
     }
     if (sums->vertices > UINT32_MAX / 2 || sums->triangles > INT32_MAX / 3 ||
         sums->edges > INT32_MAX)
@@ -112,9 +119,9 @@ static void add_object(pnb_scene *scene, size_t index, struct gl_occluders *o)
 {
     const pnb_object *object = &scene->objects[index].info;
     const struct mesh *mesh = &scene->meshes[object->mesh];
-    const struct mesh_edges *edges = mesh->edges;
-    bool closed =
-        edges->open_count == 0 && edges->non_manifold_count == 0 && edges->inconsistent_count == 0;
+    const struct mesh_edges *edges = o->with_edges ? mesh->edges : NULL;
+    bool closed = edges && edges->open_count == 0 && edges->non_manifold_count == 0 &&
+                  edges->inconsistent_count == 0;
     bool mirrored = (m34_det(object->world_from_mesh) < 0) != (closed && inside_out(mesh));
     uint32_t first_vertex = (uint32_t)o->vertex_count, first_triangle = (uint32_t)o->triangle_count;
     struct gl_occluder *occluder = &o->objects[o->object_count++];
@@ -125,29 +132,31 @@ static void add_object(pnb_scene *scene, size_t index, struct gl_occluders *o)
                                      .closed = closed,
                                      .low = v3(INFINITY, INFINITY, INFINITY),
                                      .high = v3(-INFINITY, -INFINITY, -INFINITY)};
-    for (uint32_t i = 0; i < edges->welded_count; i++) {
-        vec3 p = m34_point(object->world_from_mesh,
-                           v3_loadf(mesh->positions + 3 * (size_t)edges->welded_vertex[i]));
+    size_t vertex_count = edges ? edges->welded_count : mesh->vertex_count;
+    for (size_t i = 0; i < vertex_count; i++) {
+        size_t from = edges ? edges->welded_vertex[i] : i;
+        vec3 p = m34_point(object->world_from_mesh, v3_loadf(mesh->positions + 3 * from));
         v3_storef(o->positions + 3 * (o->vertex_count + i), p);
     }
     for (size_t t = 0; t < mesh->triangle_count; t++) {
         uint32_t *to = o->indices + 3 * (o->triangle_count + t);
         for (int k = 0; k < 3; k++) {
             int corner = mirrored ? (3 - k) % 3 : k;
-            to[k] = edges->welded[mesh->indices[3 * t + (size_t)corner]] + first_vertex;
+            uint32_t vertex = mesh->indices[3 * t + (size_t)corner];
+            to[k] = (edges ? edges->welded[vertex] : vertex) + first_vertex;
             vec3 p = v3_loadf(o->positions + 3 * (size_t)to[k]);
             occluder->low = v3_min(occluder->low, p);
             occluder->high = v3_max(occluder->high, p);
         }
         add_plane(o, o->triangle_count + t);
     }
-    o->vertex_count += edges->welded_count;
+    o->vertex_count += vertex_count;
     o->triangle_count += mesh->triangle_count;
-    for (size_t e = 0; e < edges->edge_count; e++)
+    for (size_t e = 0; edges && e < edges->edge_count; e++)
         add_edge(o, edges, &edges->edges[e], first_vertex, first_triangle, mirrored);
     occluder->edge_count = o->edge_count - occluder->first_edge;
-    o->open_count += edges->open_count;
-    o->non_manifold_count += edges->non_manifold_count;
+    o->open_count += edges ? edges->open_count : 0;
+    o->non_manifold_count += edges ? edges->non_manifold_count : 0;
     o->low = v3_min(o->low, occluder->low);
     o->high = v3_max(o->high, occluder->high);
 }
@@ -207,24 +216,26 @@ static void find_floors(const pnb_scene *scene, struct gl_occluders *o)
     }
 }
 
-pnb_status gl_occluders_create(pnb_scene *scene, struct gl_occluders **out_occluders)
+pnb_status gl_occluders_create(pnb_scene *scene, bool with_edges,
+                               struct gl_occluders **out_occluders)
 {
     pnb_context *context = scene->context;
     *out_occluders = NULL;
     struct sums sums = {0};
-    pnb_status status = count_all(scene, &sums);
+    pnb_status status = count_all(scene, with_edges, &sums);
     if (status != PNB_OK)
         return status;
     struct gl_occluders *o = memory_calloc(context, 1, sizeof(*o));
     if (!o)
         return status_no_memory(context, sizeof(*o));
     o->context = context;
+    o->with_edges = with_edges;
     o->positions = memory_alloc(context, sums.vertices, 3 * sizeof(float));
     o->indices = memory_alloc(context, sums.triangles, 3 * sizeof(uint32_t));
     o->planes = memory_alloc(context, sums.triangles, 4 * sizeof(float));
-    o->edges = memory_alloc(context, sums.edges, sizeof(*o->edges));
+    o->edges = with_edges ? memory_alloc(context, sums.edges, sizeof(*o->edges)) : NULL;
     o->objects = memory_alloc(context, sums.objects, sizeof(*o->objects));
-    if (!o->positions || !o->indices || !o->planes || !o->edges || !o->objects) {
+    if (!o->positions || !o->indices || !o->planes || (with_edges && !o->edges) || !o->objects) {
         gl_occluders_destroy(o);
         return status_no_memory(context, sums.triangles * 28 + sums.edges * sizeof(*o->edges));
     }
@@ -260,7 +271,7 @@ void gl_occluders_destroy(struct gl_occluders *o)
 pnb_status gl_occluders_update(pnb_scene *scene, struct gl_occluders **occluders)
 {
     struct gl_occluders *made;
-    pnb_status status = gl_occluders_create(scene, &made);
+    pnb_status status = gl_occluders_create(scene, (*occluders)->with_edges, &made);
     if (status != PNB_OK)
         return status;
     gl_occluders_destroy(*occluders);

@@ -51,10 +51,11 @@ pnb_status opengl_progress(pnb_solver *solver, struct opengl_state *state, doubl
     return parallel_for_progress(solver->context, "visibility", share, share, 0, 1, NULL, NULL);
 }
 
-static pnb_status upload_occluders(struct opengl_solver *gl, pnb_scene *scene)
+static pnb_status upload_occluders(struct opengl_solver *gl, bool edges, pnb_scene *scene)
 {
-    pnb_status status = gl->state.occluders ? gl_occluders_update(scene, &gl->state.occluders)
-                                            : gl_occluders_create(scene, &gl->state.occluders);
+    pnb_status status = gl->state.occluders
+                            ? gl_occluders_update(scene, &gl->state.occluders)
+                            : gl_occluders_create(scene, edges, &gl->state.occluders);
     return status == PNB_OK ? gl_occluders_upload(gl->state.device, gl->state.occluders) : status;
 }
 
@@ -65,7 +66,7 @@ static pnb_status prepare(pnb_solver *solver, struct opengl_solver *gl)
     if (status == PNB_OK)
         status = gl_frame_create(gl->state.device, &gl->state.frame);
     if (status == PNB_OK)
-        status = upload_occluders(gl, solver->scene);
+        status = upload_occluders(gl, solver->method->opengl->edges, solver->scene);
     if (status == PNB_OK) {
         gl->room_created = true;
         status = solver->method->opengl->create(solver, &gl->state);
@@ -139,7 +140,7 @@ pnb_status opengl_update(pnb_solver *solver, pnb_update update)
     pnb_status status = gl_device_begin(gl->state.device);
     if (status != PNB_OK)
         return status;
-    status = upload_occluders(gl, solver->scene);
+    status = upload_occluders(gl, solver->method->opengl->edges, solver->scene);
     if (status == PNB_OK && solver->method->opengl->changed)
         status = solver->method->opengl->changed(solver, &gl->state);
     return end(gl, status);

@@ -30,15 +30,16 @@ struct opengl_method {
     pnb_status (*draw)(pnb_solver *solver, struct opengl_state *state,
                        const struct light_shape *shape, const pnb_light *light,
                        const struct gl_frame *frame, struct gl_texture *visibility);
+    bool edges; /* occluders come with edges, welded, and with what is closed */
 };
 
 /* Whether a solver of a method with two paths is to take the one on OpenGL: its parameter "path"
  * says so, or it lives in the caller's context. */
 bool opengl_wanted(const pnb_solver *solver);
 
-/* Between the passes of a long draw(): every now and then waits until they are drawn and reports the
- * share. *last_ms: 0 at first. PNB_ERROR_CANCELLED: the caller has asked to stop. Nothing without a
- * progress callback. */
+/* Between the passes of a long draw(): every now and then waits until they are drawn and reports
+ * the share. *last_ms: 0 at first. PNB_ERROR_CANCELLED: the caller has asked to stop. Nothing
+ * without a progress callback. */
 pnb_status opengl_progress(pnb_solver *solver, struct opengl_state *state, double share,
                            double *last_ms);
 

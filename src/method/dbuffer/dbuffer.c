@@ -283,7 +283,8 @@ static const pnb_param_info params[] = {
 static const struct opengl_method opengl = {.create = dbuffer_create,
                                             .destroy = dbuffer_destroy,
                                             .changed = dbuffer_changed,
-                                            .draw = dbuffer_draw};
+                                            .draw = dbuffer_draw,
+                                            .edges = true};
 
 const struct method method_dbuffer = {
     .info =

@@ -305,7 +305,7 @@ static pnb_status volume_draw(pnb_solver *solver, struct opengl_state *state,
 }
 
 static const struct opengl_method volume_opengl = {
-    .create = volume_create, .destroy = volume_destroy, .draw = volume_draw};
+    .create = volume_create, .destroy = volume_destroy, .draw = volume_draw, .edges = true};
 
 static const pnb_param_info params[] = {
     {"bias", PNB_PARAM_NUMBER, "1", 0, 100, NULL,

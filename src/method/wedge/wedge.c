@@ -539,7 +539,8 @@ static pnb_status wedge_draw(pnb_solver *solver, struct opengl_state *state,
     return status;
 }
 
-static const struct opengl_method opengl = {wedge_create, wedge_destroy, wedge_changed, wedge_draw};
+static const struct opengl_method opengl = {wedge_create, wedge_destroy, wedge_changed, wedge_draw,
+                                            .edges = true};
 
 #define TILE                                                                                       \
     {                                                                                              \
