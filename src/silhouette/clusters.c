@@ -434,13 +434,20 @@ bool clusters_refit(struct clusters *c, const struct mesh *mesh)
     for (size_t v = 0; v < mesh->vertex_count; v++)
         if (c->vertex[v] != MESH_NONE)
             memcpy(c->positions[c->vertex[v]], mesh->positions + 3 * v, 3 * sizeof(float));
-    for (size_t v = 0; v < mesh->vertex_count; v++)
-        for (int a = 0; a < 3 && c->vertex[v] != MESH_NONE; a++)
-            if (c->positions[c->vertex[v]][a] != mesh->positions[3 * v + (size_t)a])
-                return false;
+    if (!clusters_fit(c, mesh))
+        return false;
     bound_all(c);
     clusters_find_solid(c);
     return true;
+}
+
+bool clusters_fit(const struct clusters *c, const struct mesh *mesh)
+{
+    bool same = mesh->vertex_count == c->mesh_vertex_count;
+    for (size_t v = 0; same && v < mesh->vertex_count; v++)
+        for (int a = 0; a < 3 && c->vertex[v] != MESH_NONE; a++)
+            same &= c->positions[c->vertex[v]][a] == mesh->positions[3 * v + (size_t)a];
+    return same;
 }
 
 const char *clusters_validate(const struct clusters *c)

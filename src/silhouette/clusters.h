@@ -82,6 +82,9 @@ bool clusters_refit(struct clusters *clusters, const struct mesh *mesh);
 /* Sets solid, dent, center and radius. */
 void clusters_find_solid(struct clusters *clusters);
 
+/* Are the mesh's positions those of the clusters? */
+bool clusters_fit(const struct clusters *clusters, const struct mesh *mesh);
+
 /* For tests: NULL, or what is wrong. */
 const char *clusters_validate(const struct clusters *clusters);
 

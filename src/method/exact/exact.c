@@ -2,8 +2,8 @@
  *
  * create: clusters per mesh (exact_scene.c). visibility: the light becomes a grid of samples
  * (exact_light.c); receivers are grouped to tiles of up to 256 neighbours, 16x16 pixels of an image
- * or runs along a Morton curve; each tile is solved by itself (exact_bounds.inc, exact_tile.inc). Nothing is kept
- * between frames. Results depend on the tile's receivers alone, never on threads.
+ * or runs along a Morton curve; each tile is solved by itself (exact_bounds.inc, exact_tile.inc).
+ * Nothing is kept between frames. Results depend on the tile's receivers alone, never on threads.
  */
 #include <stdlib.h>
 #include <string.h>
@@ -17,7 +17,7 @@ struct exact {
     struct exact_scene *scene;
     const struct exact_kernel *kernel;
     const char *area; /* the parameter exact-area */
-    bool triangles_only;
+    bool triangles_only, levels;
     struct exact_work *works;
     int work_count;
 };
@@ -59,7 +59,8 @@ static pnb_status exact_create(pnb_solver *solver)
                            "'%s' is none of c, avx2, avx512 or lacks on this processor", cpu);
     exact->area = solver_param(solver, "exact-area");
     exact->triangles_only = strcmp(solver_param(solver, "path"), "triangles") == 0;
-    pnb_status status = exact_scene_create(solver->scene, &exact->scene);
+    exact->levels = strcmp(solver_param(solver, "levels"), "auto") == 0 && !exact->triangles_only;
+    pnb_status status = exact_scene_create(solver->scene, exact->levels, &exact->scene);
     if (status == PNB_OK)
         status = init_works(solver);
     return status;
@@ -325,6 +326,19 @@ static pnb_status order_points(pnb_context *context, const pnb_receivers *receiv
     return PNB_OK;
 }
 
+/* How far the picture of an outline may be off, in samples along a row, by the measure of
+ * exact_levels.inc. Measured: 0.3 adds 5 % to the error of the knots, 12 % to that of 729 spheres.
+ */
+#define DETAIL      0.2
+#define DETAIL_AREA 0.0125 /* where lengths are measured instead */
+
+static double exact_detail(const pnb_light *light, bool area)
+{
+    if (light->type == PNB_LIGHT_POINT)
+        return 0;
+    return area ? DETAIL_AREA : DETAIL;
+}
+
 static pnb_status exact_visibility(pnb_solver *solver, const pnb_light *light,
                                    const pnb_receivers *receivers, float *visibility)
 {
@@ -346,6 +360,7 @@ static pnb_status exact_visibility(pnb_solver *solver, const pnb_light *light,
                 .area = area,
                 .closed = shape.closed && strcmp(exact->area, "off") != 0,
                 .triangles_only = exact->triangles_only,
+                .detail = exact->levels ? exact_detail(light, area) : 0,
                 .visibility = visibility},
         .works = exact->works,
         .receivers = receivers,
@@ -375,6 +390,7 @@ static pnb_status exact_visibility(pnb_solver *solver, const pnb_light *light,
         const struct exact_stats *s = &exact->works[i].stats;
         sum.lit += s->lit, sum.umbra += s->umbra;
         sum.sampled += s->sampled, sum.closed += s->closed;
+        sum.slabs += s->slabs, sum.levels += s->levels;
         sum.edges += s->edges, sum.triangles += s->triangles, sum.tiles += s->tiles;
         if (exact->works[i].no_memory && status == PNB_OK)
             status = status_no_memory(context, exact->works[i].edges.open_capacity);
@@ -387,6 +403,7 @@ static pnb_status exact_visibility(pnb_solver *solver, const pnb_light *light,
     solver_count(solver, "edges_per_tile", sum.tiles ? (double)sum.edges / (double)sum.tiles : 0);
     solver_count(solver, "loose_per_tile",
                  sum.tiles ? (double)sum.triangles / (double)sum.tiles : 0);
+    solver_count(solver, "mean_level", sum.slabs ? (double)sum.levels / (double)sum.slabs : 0);
     solver_count(solver, "bytes_per_triangle",
                  exact->scene->triangle_count
                      ? (double)exact->scene->bytes / (double)exact->scene->triangle_count
@@ -405,6 +422,12 @@ static const pnb_param_info params[] = {
      .summary = "measure lengths along the rows of samples instead of counting samples: half the "
                 "error at two times the cost; auto: for lines, and areas in closed form where "
                 "convex occluders look apart"},
+    {.key = "levels",
+     .type = PNB_PARAM_CHOICE,
+     .default_value = "auto",
+     .choices = "auto|off",
+     .summary = "auto: take dense meshes from coarser ones where the samples cannot tell; off: "
+                "always every triangle"},
     {.key = "path",
      .type = PNB_PARAM_CHOICE,
      .default_value = "silhouette",

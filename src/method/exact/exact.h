@@ -7,6 +7,7 @@
 #include "light/light.h"
 #include "method/method.h"
 #include "silhouette/clusters.h"
+#include "silhouette/levels.h"
 #include "silhouette/parts.h"
 
 /* ---- the light and its samples (exact_light.c) ---- */
@@ -213,6 +214,8 @@ struct exact_bounds { /* world */
 
 struct exact_instance {
     const struct clusters *clusters;
+    const struct levels *levels; /* NULL: none but the clusters */
+    double stretch; /* a length in the mesh is at most so many times longer in the world */
     double world_from_mesh[12], mesh_from_world[12];
     struct exact_bounds bounds;
     size_t object; /* of the scene */
@@ -224,6 +227,7 @@ struct exact_instance {
 struct exact_scene {
     struct clusters **meshes; /* per mesh of the scene; NULL: casts nowhere, or has parts */
     struct parts **parts;     /* NULL: in one piece */
+    struct levels **levels;   /* per mesh in one piece; NULL: only the clusters */
     struct clusters **baked;  /* per object: made of its own when the placement is not invertible */
     size_t mesh_count, object_count;
     struct exact_instance *instances;
@@ -233,7 +237,8 @@ struct exact_scene {
     size_t bytes, triangle_count;
 };
 
-pnb_status exact_scene_create(pnb_scene *scene, struct exact_scene **out_scene);
+/* coarser: with coarser levels of meshes that are in one piece. */
+pnb_status exact_scene_create(pnb_scene *scene, bool coarser, struct exact_scene **out_scene);
 void exact_scene_destroy(pnb_context *context, struct exact_scene *scene);
 pnb_status exact_scene_update(pnb_scene *scene, struct exact_scene *exact, pnb_update update);
 
@@ -254,12 +259,14 @@ struct exact_job {
     bool area;           /* move borders between samples to their place */
     bool closed;         /* areas in closed form where they are known */
     bool triangles_only; /* every triangle by itself: the slow path everywhere */
+    double detail;       /* how far a coarser level's picture may be off, in bins; 0: never */
     float *visibility;
 };
 
 struct exact_stats {
     size_t lit, umbra, sampled, closed;
     size_t edges, triangles, tiles; /* sums over tiles */
+    size_t slabs, levels;           /* slabs of instances looked at, and their levels summed */
 };
 
 /* An instance in the tile's shaft; key: less where it is more likely to hide much of the light. */

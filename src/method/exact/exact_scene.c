@@ -1,9 +1,9 @@
 /* method/exact/exact_scene.c: the occluders: clusters per mesh, instances per object.
  *
  * Clusters stay in mesh space. Moving an object changes its instance only, O(objects); deforming a
- * mesh refits its clusters, O(its triangles). A placement that flattens its mesh cannot be
- * inverted: such an object gets clusters of its own, made in world space and made anew when it
- * moves.
+ * mesh refits its clusters, O(its triangles), and drops its coarser levels. A placement that
+ * flattens its mesh cannot be inverted: such an object gets clusters of its own, made in world
+ * space and made anew when it moves.
  */
 #include <stdlib.h>
 #include <string.h>
@@ -46,6 +46,21 @@ static pnb_status bake(pnb_context *context, const struct mesh *mesh, const doub
     status = clusters_create(context, &flat, out_clusters);
     mesh_finish(context, &flat);
     return status;
+}
+
+/* How many times longer a length becomes at most: Gershgorin's bound, of the transposed matrix
+ * times itself; exact for rotations and scales. */
+static double stretch(const double *m)
+{
+    vec3 c[3];
+    double longest = 0, skew = 0;
+    for (int i = 0; i < 3; i++) {
+        c[i] = v3(m[i], m[4 + i], m[8 + i]);
+        longest = fmax(longest, v3_dot(c[i], c[i]));
+    }
+    for (int i = 0; i < 3; i++)
+        skew = fmax(skew, fabs(v3_dot(c[i], c[(i + 1) % 3])) + fabs(v3_dot(c[i], c[(i + 2) % 3])));
+    return sqrt(longest + skew);
 }
 
 static void bound_instance(struct exact_instance *instance)
@@ -127,13 +142,15 @@ static void group_instances(struct exact_scene *exact)
 
 /* An instance of the clusters, placed as from is. */
 static void add_instance(struct exact_scene *exact, const struct exact_instance *from,
-                         const struct clusters *clusters)
+                         const struct clusters *clusters, const struct levels *levels)
 {
     struct exact_instance *instance = &exact->instances[exact->instance_count];
     if (clusters->cluster_count == 0)
         return;
     *instance = *from;
     instance->clusters = clusters;
+    instance->levels = levels;
+    instance->stretch = stretch(instance->world_from_mesh);
     bound_instance(instance);
     exact->instance_count++;
     exact->triangle_count += clusters->slot_count;
@@ -165,20 +182,21 @@ static pnb_status place(pnb_scene *scene, struct exact_scene *exact)
                 return status;
             memcpy(placed.world_from_mesh, identity, sizeof(identity));
             memcpy(placed.mesh_from_world, identity, sizeof(identity));
-            add_instance(exact, &placed, exact->baked[i]);
+            add_instance(exact, &placed, exact->baked[i], NULL);
             continue;
         }
         const struct parts *parts = exact->parts[object->mesh];
         for (size_t k = 0; parts && k < parts->count; k++)
-            add_instance(exact, &placed, parts->clusters[k]);
+            add_instance(exact, &placed, parts->clusters[k], NULL);
         if (!parts)
-            add_instance(exact, &placed, exact->meshes[object->mesh]);
+            add_instance(exact, &placed, exact->meshes[object->mesh], exact->levels[object->mesh]);
     }
     group_instances(exact);
     exact->bytes = sizeof(*exact) + exact->instance_capacity * sizeof(*exact->instances);
     for (size_t i = 0; i < exact->mesh_count; i++) {
         exact->bytes += exact->meshes[i] ? exact->meshes[i]->bytes : 0;
         exact->bytes += exact->parts[i] ? exact->parts[i]->bytes : 0;
+        exact->bytes += exact->levels[i] ? exact->levels[i]->bytes : 0;
     }
     for (size_t i = 0; i < exact->object_count; i++)
         exact->bytes += exact->baked[i] ? exact->baked[i]->bytes : 0;
@@ -213,7 +231,7 @@ static pnb_status reserve_instances(pnb_scene *scene, struct exact_scene *exact)
     return PNB_OK;
 }
 
-pnb_status exact_scene_create(pnb_scene *scene, struct exact_scene **out_scene)
+pnb_status exact_scene_create(pnb_scene *scene, bool coarser, struct exact_scene **out_scene)
 {
     pnb_context *context = scene->context;
     *out_scene = NULL;
@@ -225,13 +243,16 @@ pnb_status exact_scene_create(pnb_scene *scene, struct exact_scene **out_scene)
     exact->meshes = memory_calloc(context, scene->mesh_count, sizeof(*exact->meshes));
     exact->baked = memory_calloc(context, scene->object_count, sizeof(*exact->baked));
     exact->parts = memory_calloc(context, scene->mesh_count, sizeof(*exact->parts));
+    exact->levels = memory_calloc(context, scene->mesh_count, sizeof(*exact->levels));
     pnb_status status = PNB_OK;
-    if (!exact->meshes || !exact->baked || !exact->parts)
+    if (!exact->meshes || !exact->baked || !exact->parts || !exact->levels)
         status = status_no_memory(context, scene->object_count * sizeof(*exact->baked));
     for (size_t i = 0; i < scene->object_count && status == PNB_OK; i++) {
         size_t mesh = scene->objects[i].info.mesh;
         if (scene->objects[i].info.casts && !exact->meshes[mesh] && !exact->parts[mesh])
             status = create_clusters(scene, exact, mesh);
+        if (status == PNB_OK && coarser && exact->meshes[mesh] && !exact->levels[mesh])
+            status = levels_create(context, exact->meshes[mesh], &exact->levels[mesh]);
     }
     if (status == PNB_OK)
         status = reserve_instances(scene, exact);
@@ -255,6 +276,9 @@ void exact_scene_destroy(pnb_context *context, struct exact_scene *exact)
         clusters_destroy(context, exact->baked[i]);
     for (size_t i = 0; i < exact->mesh_count && exact->parts; i++)
         parts_destroy(context, exact->parts[i]);
+    for (size_t i = 0; i < exact->mesh_count && exact->levels; i++)
+        levels_destroy(context, exact->levels[i]);
+    memory_free(context, exact->levels);
     memory_free(context, exact->parts);
     memory_free(context, exact->meshes);
     memory_free(context, exact->baked);
@@ -267,6 +291,11 @@ void exact_scene_destroy(pnb_context *context, struct exact_scene *exact)
 static pnb_status refit(pnb_scene *scene, struct exact_scene *exact, size_t mesh)
 {
     bool torn = false;
+    /* Making coarser levels anew is no work for a frame. */
+    if (exact->levels[mesh] && !clusters_fit(exact->meshes[mesh], &scene->meshes[mesh])) {
+        levels_destroy(scene->context, exact->levels[mesh]);
+        exact->levels[mesh] = NULL;
+    }
     pnb_status status = PNB_OK;
     if (exact->parts[mesh])
         status = parts_refit(scene->context, exact->parts[mesh], &scene->meshes[mesh], &torn);
