@@ -6,7 +6,7 @@
  * place with the most. Greys are opaque (1 - intensity) and multiplied over what lies below, so
  * that triangles may overlap by the width of a hairline drawn around each: that closes the seams
  * which anti-aliasing leaves between neighbours. Darker triangles come last, so that hairlines
- * never eat into them.
+ * never eat into them; those of needles are as thin as they are, or they would show as lines.
  *
  * PDF: one mesh pattern of degenerate Coons patches, by cairo; viewers shade it without seams.
  */
@@ -17,7 +17,9 @@
 
 #include "method/planar/shadow.h"
 
-#define PAGE 1000.0 /* the longer side */
+#define PAGE           1000.0 /* the longer side */
+#define HAIRLINE       1.2
+#define HAIRLINE_LEAST 0.05
 
 struct page {
     double x0, y1, scale, width, height;
@@ -39,6 +41,17 @@ static void corner(const struct pnb_shadow *s, const struct page *page, size_t t
     out[0] = (s->coordinates[2 * (size_t)v] - page->x0) * page->scale;
     out[1] = (page->y1 - s->coordinates[2 * (size_t)v + 1]) * page->scale;
     out[2] = fmin(1, fmax(0, s->intensities[v]));
+}
+
+/* The least height of a triangle. */
+static double height_of(double p[3][3])
+{
+    double longest = 0;
+    for (int k = 0; k < 3; k++)
+        longest = fmax(longest, hypot(p[(k + 1) % 3][0] - p[k][0], p[(k + 1) % 3][1] - p[k][1]));
+    double area =
+        fabs((p[1][0] - p[0][0]) * (p[2][1] - p[0][1]) - (p[1][1] - p[0][1]) * (p[2][0] - p[0][0]));
+    return longest > 0 ? area / longest : 0;
 }
 
 struct ordered {
@@ -99,8 +112,10 @@ pnb_status shadow_write_svg(const struct pnb_shadow *s, double lift, struct buff
             a, b, b, b);
         order[i].darkness = -1; /* has a gradient */
     }
-    buffer_print(file, "</defs>\n<g stroke-width=\"1.2\" stroke-linejoin=\"round\" "
-                       "style=\"mix-blend-mode:multiply\">\n");
+    buffer_print(file,
+                 "</defs>\n<g stroke-width=\"%.3g\" stroke-linejoin=\"round\" "
+                 "style=\"mix-blend-mode:multiply\">\n",
+                 HAIRLINE);
     for (size_t i = 0; i < n; i++) {
         double p[3][3];
         for (int k = 0; k < 3; k++)
@@ -108,6 +123,9 @@ pnb_status shadow_write_svg(const struct pnb_shadow *s, double lift, struct buff
         double grey = 100 * (1 - (p[0][2] + p[1][2] + p[2][2]) / 3);
         buffer_print(file, "<path d=\"M%.4f %.4fL%.4f %.4fL%.4f %.4fZ\" ", p[0][0], p[0][1],
                      p[1][0], p[1][1], p[2][0], p[2][1]);
+        double width = fmax(HAIRLINE_LEAST, height_of(p));
+        if (width < HAIRLINE)
+            buffer_print(file, "stroke-width=\"%.3g\" ", width);
         if (order[i].darkness < 0)
             buffer_print(file, "fill=\"url(#g%zu)\" stroke=\"url(#g%zu)\"/>\n", i, i);
         else
