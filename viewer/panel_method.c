@@ -191,7 +191,7 @@ static void add_side(struct panel *panel, GtkWidget *box, int side)
     form->side = side;
     form->drop = method_drop();
     GtkWidget *group = view_form_group(box, side == 0 ? "Method" : NULL);
-    view_form_row(group, side == 0 ? "_Method" : "_Second method", form->drop,
+    view_form_row(group, side == 0 ? "_Method" : "_Second", form->drop,
                   "How visibility is computed");
     g_signal_connect(form->drop, "notify::selected", G_CALLBACK(on_method), form);
     form->note = view_form_note(box);

@@ -134,8 +134,7 @@ static void show_readout(struct view_window *window, const char *hint)
             g_string_append_printf(text, "%s%s", text->len ? "   ·   " : "", hint);
     }
     if (text->len == 0 && app->scene)
-        g_string_append(
-            text, "Drag the light by its yellow handle; drag elsewhere to turn; F1: all keys");
+        g_string_append(text, "Drag the yellow light; drag elsewhere to turn; F1: all keys");
     gtk_label_set_text(GTK_LABEL(window->readout), text->str);
     g_string_free(text, TRUE);
 }
