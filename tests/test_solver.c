@@ -270,6 +270,17 @@ static void samples_in_use_are_reported(void **state)
         assert_null(strchr(pnb_context_error(context), '\n'));                                     \
     } while (0)
 
+static void numbers_may_be_fractions(void **state)
+{
+    double number;
+    assert_true(pnb_param_number("0.25", &number) && number == 0.25);
+    assert_true(pnb_param_number("1/4", &number) && number == 0.25);
+    assert_true(pnb_param_number("-3/-2", &number) && number == 1.5);
+    static const char *const none[] = {"", "/", "1/", "/2", "1/0", "1/2/3", "1/2x", "x", "inf"};
+    for (size_t i = 0; i < sizeof(none) / sizeof(none[0]); i++)
+        assert_false(pnb_param_number(none[i], &number));
+}
+
 static void bad_descriptors_are_refused(void **state)
 {
     static const pnb_solver_param unknown = {"such", "1"}, keyless = {NULL, "1"},
@@ -405,13 +416,10 @@ static void missing_data_is_refused(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(memory_runs_out),
-        cmocka_unit_test(threads_change_nothing),
-        cmocka_unit_test(records_are_whole),
-        cmocka_unit_test(samples_in_use_are_reported),
-        cmocka_unit_test(bad_descriptors_are_refused),
-        cmocka_unit_test(bad_frames_are_refused),
-        cmocka_unit_test(bad_surfaces_are_refused),
+        cmocka_unit_test(memory_runs_out),          cmocka_unit_test(threads_change_nothing),
+        cmocka_unit_test(records_are_whole),        cmocka_unit_test(samples_in_use_are_reported),
+        cmocka_unit_test(numbers_may_be_fractions), cmocka_unit_test(bad_descriptors_are_refused),
+        cmocka_unit_test(bad_frames_are_refused),   cmocka_unit_test(bad_surfaces_are_refused),
         cmocka_unit_test(missing_data_is_refused),
     };
     return cmocka_run_group_tests_name("solver", tests, set_up, tear_down);
