@@ -13,9 +13,9 @@
  * found, covers the level, as a loop that is pulled tight covers what it is pulled to.
  *
  * Cost: O(n log n) per level, all levels about twice the first. Degenerate input: a level that has
- * open borders which the mesh has not, or hardly fewer triangles than the level before, is not
- * kept, and none after it is tried. Vertices on open borders and on edges of three and more
- * triangles stay, so that soups and loose leaves have no levels.
+ * open borders which the mesh has not, or hardly fewer triangles than the level before, or has lost
+ * its shape, is not kept, and none after it is tried. Vertices on open borders and on edges of
+ * three and more triangles stay, so that soups and loose leaves have no levels.
  */
 #include "silhouette/levels.h"
 
@@ -24,10 +24,11 @@
 
 #include "mesh/collapse.h"
 
-#define LEVEL_FEWER   2.0 /* times fewer triangles than the level before */
-#define LEVEL_LEAST   40  /* triangles; below that a level is no gain */
-#define LEVEL_SAMPLES 4   /* points per triangle of the level at which distances are taken */
-#define FIT_STEPS     6   /* of least squares */
+#define LEVEL_FEWER   2.0   /* times fewer triangles than the level before */
+#define LEVEL_LEAST   40    /* triangles; below that a level is no gain */
+#define LEVEL_WORST   0.046 /* of the mesh's size: a level that is off by more is no use */
+#define LEVEL_SAMPLES 4     /* points per triangle of the level at which distances are taken */
+#define FIT_STEPS     6     /* of least squares */
 #define FIT_DAMPING   0.9
 #define WALK          6     /* vertices to walk over to the nearest place */
 #define LEVEL_DENSE   50000 /* triangles from which on the first step is twice as large */
@@ -383,6 +384,14 @@ static void measure(const struct match *m, struct level *level)
     level->error = fmax(cbrt(level->mean * level->mean * level->side), 0.4 * level->distance);
 }
 
+static double extent_of(const struct clusters *c)
+{
+    double extent = 0;
+    for (int a = 0; a < 3; a++)
+        extent = fmax(extent, (double)c->nodes[0].high[a] - c->nodes[0].low[a]);
+    return extent;
+}
+
 /* The clusters of what the collapse has come to, and how far they are off. */
 static pnb_status make_level(const struct maker *maker, struct level *level, bool *out_good)
 {
@@ -418,7 +427,7 @@ static pnb_status make_level(const struct maker *maker, struct level *level, boo
         parallel_for(context, match.count, 1024, match_body, &match);
         measure(&match, level);
         level->triangle_count = c->slot_count;
-        *out_good = isfinite(level->distance);
+        *out_good = level->distance <= LEVEL_WORST * extent_of(maker->fine);
     }
 done:
     match_finish(maker, &match);
