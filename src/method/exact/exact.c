@@ -264,6 +264,27 @@ static void tile_body(void *user, size_t begin, size_t end, int worker)
     }
 }
 
+/* A light that is a point, receiver by receiver. */
+static void point_body(void *user, size_t begin, size_t end, int worker)
+{
+    const struct frame_job *frame = user;
+    struct exact_stats *stats = &frame->works[worker].stats;
+    vec3 light = frame->job.light->center;
+    for (size_t i = begin; i < end; i++) {
+        struct exact_point point = lifted_point(frame, i);
+        float *visibility = &frame->job.visibility[i];
+        if (!v3_finite(point.p) || !v3_finite(point.n)) {
+            *visibility = NAN;
+            continue;
+        }
+        vec3 e = v3_sub(light, point.p);
+        bool below = v3_dot(point.n, point.n) > 0 && v3_dot(point.n, e) + frame->job.lift <= 0;
+        *visibility = !below && exact_point_seen(frame->job.scene, point.p, light);
+        stats->lit += *visibility > 0;
+        stats->umbra += *visibility == 0;
+    }
+}
+
 struct place {
     uint64_t key;
     uint32_t index;
@@ -370,8 +391,12 @@ static pnb_status exact_visibility(pnb_solver *solver, const pnb_light *light,
             status = status_no_memory(context, exact_cover_size(&shape.grid) * 4);
             goto done;
         }
-    size_t tiles;
-    if (receivers->width > 0 && receivers->height > 0) {
+    parallel_body *body = tile_body;
+    size_t tiles, grain = 4;
+    if (light->type == PNB_LIGHT_POINT && !exact->triangles_only) {
+        body = point_body;
+        tiles = receivers->count, grain = 1024;
+    } else if (receivers->width > 0 && receivers->height > 0) {
         frame.tiles_x = ((size_t)receivers->width + TILE_SIDE - 1) / TILE_SIDE;
         for (unsigned i = 0; i < EXACT_TILE; i++)
             frame.within[i] = tile_y(i) * (size_t)receivers->width + tile_x(i);
@@ -383,7 +408,7 @@ static pnb_status exact_visibility(pnb_solver *solver, const pnb_light *light,
         frame.order = order;
         tiles = (receivers->count + EXACT_TILE - 1) / EXACT_TILE;
     }
-    status = parallel_for_progress(context, "visibility", 0, 1, tiles, 4, tile_body, &frame);
+    status = parallel_for_progress(context, "visibility", 0, 1, tiles, grain, body, &frame);
 
     struct exact_stats sum = {0};
     for (int i = 0; i < exact->work_count; i++) {

@@ -217,6 +217,7 @@ struct exact_instance {
     const struct levels *levels; /* NULL: none but the clusters */
     double stretch; /* a length in the mesh is at most so many times longer in the world */
     double world_from_mesh[12], mesh_from_world[12];
+    const vec3 *places; /* NULL, or the vertices in world space, in double precision */
     struct exact_bounds bounds;
     size_t object; /* of the scene */
 };
@@ -229,6 +230,7 @@ struct exact_scene {
     struct parts **parts;     /* NULL: in one piece */
     struct levels **levels;   /* per mesh in one piece; NULL: only the clusters */
     struct clusters **baked;  /* per object: made of its own when the placement is not invertible */
+    vec3 **places;            /* per object: of the baked vertices, not rounded */
     size_t mesh_count, object_count;
     struct exact_instance *instances;
     struct exact_bounds *groups;
@@ -241,6 +243,11 @@ struct exact_scene {
 pnb_status exact_scene_create(pnb_scene *scene, bool coarser, struct exact_scene **out_scene);
 void exact_scene_destroy(pnb_context *context, struct exact_scene *scene);
 pnb_status exact_scene_update(pnb_scene *scene, struct exact_scene *exact, pnb_update update);
+
+/* ---- lights without extent (exact_point.c) ---- */
+
+/* Nothing lies between p and the point light; for any number of threads at once. */
+bool exact_point_seen(const struct exact_scene *scene, vec3 p, vec3 light);
 
 /* ---- tiles (exact_tile.inc) ---- */
 

@@ -63,6 +63,21 @@ static double stretch(const double *m)
     return sqrt(longest + skew);
 }
 
+/* Where the baked vertices are before they are rounded to single precision. */
+static pnb_status place_baked(pnb_context *context, const struct mesh *mesh,
+                              const double *placement, const struct clusters *clusters,
+                              vec3 **out_places)
+{
+    vec3 *places = memory_calloc(context, clusters->vertex_count + 1, sizeof(*places));
+    *out_places = places;
+    if (!places)
+        return status_no_memory(context, (clusters->vertex_count + 1) * sizeof(*places));
+    for (size_t v = 0; v < mesh->vertex_count; v++)
+        if (clusters->vertex[v] != MESH_NONE)
+            places[clusters->vertex[v]] = m34_point(placement, v3_loadf(mesh->positions + 3 * v));
+    return PNB_OK;
+}
+
 static void bound_instance(struct exact_instance *instance)
 {
     const struct cluster_node *root = &instance->clusters->nodes[0];
@@ -170,7 +185,9 @@ static pnb_status place(pnb_scene *scene, struct exact_scene *exact)
     for (size_t i = 0; i < scene->object_count; i++) {
         const pnb_object *object = &scene->objects[i].info;
         clusters_destroy(scene->context, exact->baked[i]);
+        memory_free(scene->context, exact->places[i]);
         exact->baked[i] = NULL;
+        exact->places[i] = NULL;
         if (!object->casts)
             continue;
         struct exact_instance placed = {.object = i};
@@ -178,8 +195,12 @@ static pnb_status place(pnb_scene *scene, struct exact_scene *exact)
         if (!invert(placed.world_from_mesh, placed.mesh_from_world)) {
             pnb_status status = bake(scene->context, &scene->meshes[object->mesh],
                                      object->world_from_mesh, &exact->baked[i]);
+            if (status == PNB_OK)
+                status = place_baked(scene->context, &scene->meshes[object->mesh],
+                                     object->world_from_mesh, exact->baked[i], &exact->places[i]);
             if (status != PNB_OK)
                 return status;
+            placed.places = exact->places[i];
             memcpy(placed.world_from_mesh, identity, sizeof(identity));
             memcpy(placed.mesh_from_world, identity, sizeof(identity));
             add_instance(exact, &placed, exact->baked[i], NULL);
@@ -199,7 +220,9 @@ static pnb_status place(pnb_scene *scene, struct exact_scene *exact)
         exact->bytes += exact->levels[i] ? exact->levels[i]->bytes : 0;
     }
     for (size_t i = 0; i < exact->object_count; i++)
-        exact->bytes += exact->baked[i] ? exact->baked[i]->bytes : 0;
+        if (exact->baked[i])
+            exact->bytes += exact->baked[i]->bytes +
+                            (exact->baked[i]->vertex_count + 1) * sizeof(*exact->places[i]);
     return PNB_OK;
 }
 
@@ -245,7 +268,8 @@ pnb_status exact_scene_create(pnb_scene *scene, bool coarser, struct exact_scene
     exact->parts = memory_calloc(context, scene->mesh_count, sizeof(*exact->parts));
     exact->levels = memory_calloc(context, scene->mesh_count, sizeof(*exact->levels));
     pnb_status status = PNB_OK;
-    if (!exact->meshes || !exact->baked || !exact->parts || !exact->levels)
+    exact->places = memory_calloc(context, scene->object_count, sizeof(*exact->places));
+    if (!exact->meshes || !exact->baked || !exact->places || !exact->parts || !exact->levels)
         status = status_no_memory(context, scene->object_count * sizeof(*exact->baked));
     for (size_t i = 0; i < scene->object_count && status == PNB_OK; i++) {
         size_t mesh = scene->objects[i].info.mesh;
@@ -281,7 +305,10 @@ void exact_scene_destroy(pnb_context *context, struct exact_scene *exact)
     memory_free(context, exact->levels);
     memory_free(context, exact->parts);
     memory_free(context, exact->meshes);
+    for (size_t i = 0; i < exact->object_count && exact->places; i++)
+        memory_free(context, exact->places[i]);
     memory_free(context, exact->baked);
+    memory_free(context, exact->places);
     memory_free(context, exact->instances);
     memory_free(context, exact->groups);
     memory_free(context, exact);
