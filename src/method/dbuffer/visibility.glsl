@@ -130,11 +130,7 @@ Cut cut_at(vec4 volume, vec3 x, float d, float side)
     // the light.
     vec2 next, none;
     vec3 own = line_at(volume.w, x, next);
-    own.z = side * max(side * own.z, 0.0);
     cut.of = vec3(volume.w, floor(next));
-    cut.t = max(0.5 - 0.5 * side * own.z, 0.0);
-    cut.angle = atan(side * own.y, side * own.x);
-    cut.area = cap(cut.t);
     vec3 before = line_at(next.x, x, none), after = line_at(next.y, x, none);
     bvec2 reflex = greaterThan(fract(max(next, 0.0)), vec2(0.25));
     bvec2 turned = bvec2(before.x * own.y > before.y * own.x, own.x * after.y > own.y * after.x);
@@ -147,6 +143,14 @@ Cut cut_at(vec4 volume, vec3 x, float d, float side)
         before = NO_LINE;
     if (side * after.z < 0.0 && reflex.y == (side > 0.0))
         after = NO_LINE;
+    // At other corners the edge alone may say so, and the next one knows better;
+    // without one, what the volume says stands.
+    if (side * own.z < 0.0 && !(before.z > -2.5 && reflex.x != (side > 0.0)) &&
+        !(after.z > -2.5 && reflex.y != (side > 0.0)))
+        return cut;
+    cut.t = clamp(0.5 - 0.5 * side * own.z, 0.0, 1.0);
+    cut.angle = atan(side * own.y, side * own.x);
+    cut.area = cap(cut.t);
     // Convex corners: the occluder is what lies behind all lines; reflex ones: the open part is.
     float whole = cap_exact(cut.t), exact = whole;
     bool first = !reflex.x && before.z > -1.0 || !reflex.y && after.z > -1.0;

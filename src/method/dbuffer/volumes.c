@@ -330,7 +330,7 @@ static bool add_fan(struct dbuffer_volumes *s, bool penumbra, double radius,
             add_piece(s->context, &s->fans[penumbra], in->ends[1], in->ends[1], last, p);
         if (!piece)
             return false;
-        piece->line = quads[in->piece].line;
+        piece->line = fabs(turn) < CORNER_MAX ? quads[in->piece].line : DBUFFER_NONE;
         memcpy(piece->outline1, quads[in->piece].outline1, sizeof(piece->outline1));
         memcpy(piece->outline2, quads[in->piece].outline2, sizeof(piece->outline2));
         last[0] = p[0], last[1] = p[1];
