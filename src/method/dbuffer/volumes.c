@@ -389,8 +389,11 @@ static bool add_fans(struct dbuffer_volumes *s, const struct gl_occluders *o, bo
          * in (x, y) around what is convex. */
         if (fabs(best_turn) > M_PI - 1e-6)
             best_turn = penumbra ? -M_PI : M_PI;
-        join_lines(s, penumbra, in, best, best_turn);
         bool parted = (best_turn < 0) == penumbra;
+        /* Small open pieces, as leaves, hide one another: what passes one on two sides is too much.
+         */
+        if (parted || o->objects[in->object].closed)
+            join_lines(s, penumbra, in, best, best_turn);
         if (fabs(best_turn) > 1e-9 && parted && !add_fan(s, penumbra, radius, in, best, best_turn))
             return false;
     }
