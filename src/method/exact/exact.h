@@ -29,7 +29,8 @@ struct exact_grid {
     int32_t *before; /* [bins + 1]: sum of the weights of the cells before this one */
     int32_t *inner;  /* [bins + 1]: -1 where the border before the cell may be moved */
     double total;    /* sum of weight x length */
-    int words;       /* of 32 samples as bits in a row */
+    double per_bin, per_row, first_row; /* 1 / bins, 1 / rows, place of row 0 from the middle */
+    int words;                          /* of 32 samples as bits in a row */
     uint32_t need[2 * EXACT_ROWS_MAX]; /* [row][word], bit k: cell k of the word weighs something */
 };
 

@@ -69,10 +69,9 @@ static struct exact_linear linear_along(const struct exact_grid *grid,
 {
     double u = v3_dot(n, view->u), v = v3_dot(n, view->v);
     struct exact_linear f;
-    f.step_x = u / grid->bins;
-    f.step_j = v / grid->rows;
-    f.base =
-        v3_dot(n, view->center) - 0.5 * u + v * (grid->row_shift / grid->rows - 0.5) + constant;
+    f.step_x = u * grid->per_bin;
+    f.step_j = v * grid->per_row;
+    f.base = v3_dot(n, view->center) - 0.5 * u + v * grid->first_row + constant;
     return f;
 }
 

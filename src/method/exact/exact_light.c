@@ -126,6 +126,9 @@ static pnb_status grid_init(pnb_context *context, const struct pattern *pattern,
     *grid = (struct exact_grid){.rows = pattern->rows, .bins = pattern->bins};
     grid->stride = grid->rows == 1 ? 1 : (grid->rows + 15) / 16 * 16;
     grid->row_shift = (float)pattern->shift;
+    grid->per_bin = 1.0 / grid->bins;
+    grid->per_row = 1.0 / grid->rows;
+    grid->first_row = grid->row_shift * grid->per_row - 0.5;
     while ((grid->bins + 1) >> grid->fold > 31)
         grid->fold++;
     size_t size = exact_cover_size(grid);
