@@ -87,6 +87,20 @@ static pnb_status make(pnb_context *context, uint64_t seed, pnb_scene **out_scen
     v3_store(light.shape.rectangle.center, center);
     v3_store(light.shape.rectangle.half_u, v3_scale(u, size));
     v3_store(light.shape.rectangle.half_v, v3_scale(v, size * uniform(&r, 0.2, 1)));
+    /* Some disks and triangles in the same place. */
+    double normal[3], corners[9];
+    if (seed % 8 == 3) {
+        v3_store(normal, v3_cross(u, v));
+        light = (pnb_light){.type = PNB_LIGHT_DISK, .color = {1, 1, 1}, .shape.disk.radius = size};
+        v3_store(light.shape.disk.center, center);
+        memcpy(light.shape.disk.normal, normal, sizeof(normal));
+    } else if (seed % 8 == 6) {
+        v3_store(corners, v3_mad(center, u, -size));
+        v3_store(corners + 3, v3_mad(center, u, size));
+        v3_store(corners + 6, v3_mad(center, v, size));
+        light = (pnb_light){
+            .type = PNB_LIGHT_POLYGON, .color = {1, 1, 1}, .shape.polygon = {corners, 3}};
+    }
     if (status == PNB_OK)
         status = pnb_scene_add_light(scene, &light, NULL);
     int count = 1 + (int)uniform(&r, 0, 6);
