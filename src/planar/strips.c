@@ -443,6 +443,8 @@ static bool fill(struct planar_workspace *w, struct planar_workspace *spare,
 {
     w->triangles_count = w->loops_count = w->holes_count = w->walk_count = 0;
     spare->given_points_count = spare->given_segments_count = spare->given_ids_count = 0;
+    if (r->point_count == 0)
+        return true;
     if (r->point_count >= INNER || !link_halves(w, r) || !ROOM(w, walk, 4 * r->edge_count + 4))
         return false;
     for (uint32_t half = 0; half < 2 * r->edge_count; half++) {

@@ -528,15 +528,15 @@ static bool open_pair(struct planar_workspace *w, struct planar_point p, uint32_
     tell_places(w, at + 2);
     w->incoming[f->rid] = low;
     w->incoming[g->rid] = high;
-    if (lower) {
+    if (lower)
         note_graze(lower, id, over);
-        check_pair(w, at - 1, p, 0);
-    }
-    if (upper) {
+    if (upper)
         note_graze(upper, id, under);
-        if (!w->trouble)
-            check_pair(w, at + 1, p, 0);
-    }
+    /* From here on edges may move in memory: a crossing adds some. */
+    if (lower)
+        check_pair(w, at - 1, p, 0);
+    if (upper && !w->trouble)
+        check_pair(w, at + 1, p, 0);
     return true;
 }
 
