@@ -574,6 +574,64 @@ static void bad_input(void **state)
     shot_end(&shot);
 }
 
+/* Three triangles on an edge and others alone on theirs; then an edge whose line meets the light:
+ * a picture of numbers in [0,1], and a warning that says what was found. */
+static void broken_meshes_are_told(void **state)
+{
+    need_device();
+    static const char text[] =
+        "{\"camera\": {\"eye\": [0, 5, 6], \"target\": [0, 0, 0], \"up\": [0, 1, 0],"
+        " \"vertical_fov_degrees\": 40}, \"lights\": [], \"objects\": ["
+        "{\"name\": \"ground\", \"plane\": {\"point\": [0, 0, 0], \"normal\": [0, 1, 0],"
+        " \"half_size\": 9}}]}";
+    static const float fins[] = {-1, 1, 0, 1, 1, 0, 0, 1.8f, 0, 0, 0.6f, 1, 0, 0.6f, -1};
+    static const uint32_t indices[] = {0, 1, 2, 0, 1, 3, 1, 0, 4};
+    struct shot shot;
+    assert_int_equal(pnb_scene_parse(context, text, sizeof(text) - 1, ".", &shot.scene), PNB_OK);
+    pnb_mesh_desc mesh = {"fins", fins, NULL, 5, indices, 3};
+    pnb_object object = {.name = "fins",
+                         .world_from_mesh = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0},
+                         .color = {1, 1, 1},
+                         .casts = true,
+                         .receives = true};
+    assert_int_equal(pnb_scene_add_mesh(shot.scene, &mesh, &object.mesh), PNB_OK);
+    assert_int_equal(pnb_scene_add_object(shot.scene, &object, NULL), PNB_OK);
+    assert_int_equal(pnb_surface_create(context, shot.scene, NULL, W, H, &shot.surface), PNB_OK);
+    pnb_surface_receivers(shot.surface, &shot.receivers);
+    /* Above them; then where the line through two vertices, 0 and 2, meets the disk's centre. */
+    const pnb_light lights[] = {disk_light(v3(0, 4, 0), v3(0, -1, 0), 0.3),
+                                disk_light(v3(1.5, 3, 0), v3(0, -1, 0), 0.3)};
+    for (int k = 0; k < 2; k++)
+        for (int layers = 1; layers <= 2; layers++) {
+            pnb_solver_param param = {"layers", layers == 1 ? "1" : "2"};
+            pnb_solver_desc desc = {"dbuffer", 0, &param, 1};
+            pnb_solver *solver;
+            pnb_solver_report report;
+            assert_int_equal(pnb_solver_create(context, shot.scene, &desc, &solver), PNB_OK);
+            assert_int_equal(pnb_solver_visibility(solver, &lights[k], &shot.receivers, v), PNB_OK);
+            in_range(v, &shot.receivers);
+            size_t dark = 0;
+            for (size_t i = 0; i < N; i++)
+                dark += v[i] < 0.5f;
+            assert_true(dark > 20);
+            pnb_solver_get_report(solver, &report);
+            bool borders = false, lines = false; /* four of the open edges are the ground's */
+            for (size_t i = 0; i < report.warning_count; i++) {
+                borders = borders || strstr(report.warnings[i], "10 open, 1 non-manifold edges");
+                lines = lines || strstr(report.warnings[i], "meet the light");
+            }
+            double skipped = -1;
+            for (size_t i = 0; i < report.counter_count; i++)
+                if (strcmp(report.counters[i].name, "skipped_edges") == 0)
+                    skipped = report.counters[i].value;
+            assert_true(borders);
+            assert_true(k == 0 ? skipped == 0 : skipped > 0);
+            assert_true(lines == (k == 1));
+            pnb_solver_destroy(solver);
+        }
+    shot_end(&shot);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -586,6 +644,7 @@ int main(void)
         cmocka_unit_test(one_convex_occluder),
         cmocka_unit_test(errors_stay_below_ceilings),
         cmocka_unit_test(bad_input),
+        cmocka_unit_test(broken_meshes_are_told),
     };
     return cmocka_run_group_tests(tests, setup, teardown);
 }
