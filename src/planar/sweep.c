@@ -422,6 +422,23 @@ static bool pass_on(struct planar_workspace *w, struct planar_point p, uint32_t 
     return true;
 }
 
+/* Two edges have come to the status at `at`, from p on: what that means to the edges below and
+ * above them (NULL: none), of which over and under are the sides of p. */
+static inline void look_beside(struct planar_workspace *w, size_t at, struct planar_point p,
+                               uint32_t id, struct sweep_edge *lower, int64_t over,
+                               struct sweep_edge *upper, int64_t under)
+{
+    if (lower)
+        note_graze(lower, id, over);
+    if (upper)
+        note_graze(upper, id, under);
+    /* From here on edges may move in memory: a crossing adds some. */
+    if (lower)
+        check_pair(w, at - 1, p, 0);
+    if (upper && !w->trouble)
+        check_pair(w, at + 1, p, 0);
+}
+
 /* The usual crossing: two edges that meet nowhere else and no third one. Their rests change places.
  * False, and nothing done: it is another one. */
 static bool swap(struct planar_workspace *w, struct planar_point p, uint32_t first, uint32_t ends)
@@ -476,14 +493,7 @@ static bool swap(struct planar_workspace *w, struct planar_point p, uint32_t fir
         w->incoming[a->rid] = first;
     if (b->rid != PLANAR_NONE)
         w->incoming[b->rid] = second;
-    if (lower)
-        note_graze(lower, id, over);
-    if (upper)
-        note_graze(upper, id, under);
-    if (lower)
-        check_pair(w, at - 1, p, 0);
-    if (upper && !w->trouble)
-        check_pair(w, at + 1, p, 0);
+    look_beside(w, at, p, id, lower, over, upper, under);
     return true;
 }
 
@@ -528,15 +538,7 @@ static bool open_pair(struct planar_workspace *w, struct planar_point p, uint32_
     tell_places(w, at + 2);
     w->incoming[f->rid] = low;
     w->incoming[g->rid] = high;
-    if (lower)
-        note_graze(lower, id, over);
-    if (upper)
-        note_graze(upper, id, under);
-    /* From here on edges may move in memory: a crossing adds some. */
-    if (lower)
-        check_pair(w, at - 1, p, 0);
-    if (upper && !w->trouble)
-        check_pair(w, at + 1, p, 0);
+    look_beside(w, at, p, id, lower, over, upper, under);
     return true;
 }
 
