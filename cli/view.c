@@ -190,7 +190,7 @@ int command_view(int argc, char **argv)
 {
     const char *script = NULL, *frames = NULL, *full_size = NULL;
     const struct cli_extra extras[] = {
-        {"script", "NAME|FILE", "drive the window: first, drag, drag-object, orbit or a file",
+        {"script", "NAME|FILE", "drive the window: first, drag, drag-object, orbit, repaint or a file",
          &script},
         {"frames", "N", "frames of a measured drag (default 300)", &frames},
         {"full-size", NULL, "keep all pixels while something moves", &full_size}};

@@ -810,10 +810,11 @@ static void engine_finish(struct engine *engine)
     glDeleteTextures(1, &engine->visibility);
 }
 
-/* RMSE between the door's texture and the CPU door's picture, where both see the same surface. */
-static double compare(const float *texture, const float *cpu, double *out_wrong)
+/* RMSE between the door's texture and the CPU door's picture, and the shares of pixels that are
+ * wrong, and that differ at all. */
+static double compare(const float *texture, const float *cpu, double *out_wrong, double *out_differ)
 {
-    double sum = 0, count = 0, wrong = 0;
+    double sum = 0, count = 0, wrong = 0, differ = 0;
     for (int y = 0; y < HEIGHT; y++)
         for (int x = 0; x < WIDTH; x++) {
             double a = texture[(HEIGHT - 1 - y) * WIDTH + x], b = cpu[y * WIDTH + x];
@@ -822,10 +823,26 @@ static double compare(const float *texture, const float *cpu, double *out_wrong)
             }
             sum += (a - b) * (a - b);
             wrong += fabs(a - b) > 0.25;
+            differ += fabs(a - b) > 0.004;
             count++;
         }
     *out_wrong = wrong / count;
+    *out_differ = differ / count;
     return sqrt(sum / count);
+}
+
+/* Around the receivers. */
+static void box_of(const pnb_receivers *receivers, pnb_gl_view *view)
+{
+    for (int c = 0; c < 3; c++) {
+        view->low[c] = INFINITY;
+        view->high[c] = -INFINITY;
+        for (size_t i = 0; i < receivers->count; i++) {
+            float p = receivers->positions[3 * i + (size_t)c];
+            view->low[c] = fminf(view->low[c], p);
+            view->high[c] = fmaxf(view->high[c], p);
+        }
+    }
 }
 
 static void test_engine(void **state)
@@ -887,10 +904,25 @@ static void test_engine(void **state)
                 glBindTexture(GL_TEXTURE_2D, engine.visibility);
                 glPixelStorei(GL_PACK_ALIGNMENT, 1);
                 glGetTexImage(GL_TEXTURE_2D, 0, GL_RED, GL_FLOAT, got);
-                double wrong, rmse = compare(got, cpu, &wrong);
-                print_message("%s %s mode %d: rmse %.4f, wrong %.4f\n", scenes[s], info->name, mode,
-                              rmse, wrong);
+                double wrong, differ, rmse = compare(got, cpu, &wrong, &differ);
+                print_message("%s %s mode %d: rmse %.4f, wrong %.4f, differ %.4f\n", scenes[s],
+                              info->name, mode, rmse, wrong, differ);
                 assert_true(wrong < 0.02);
+
+                /* With a box around what is seen: at least as near to the CPU door's. */
+                if (mode == MODE_REVERSED) {
+                    box_of(&receivers, &engine.view);
+                    must(context, pnb_gl_solver_create(context, scene, &desc, &solver));
+                    must(context,
+                         pnb_gl_solver_visibility(solver, &light, &engine.view, engine.visibility));
+                    pnb_solver_destroy(solver);
+                    glBindTexture(GL_TEXTURE_2D, engine.visibility);
+                    glGetTexImage(GL_TEXTURE_2D, 0, GL_RED, GL_FLOAT, got);
+                    double boxed_wrong, boxed_differ;
+                    compare(got, cpu, &boxed_wrong, &boxed_differ);
+                    print_message("in a box: wrong %.4f, differ %.4f\n", boxed_wrong, boxed_differ);
+                    assert_true(boxed_wrong <= wrong && boxed_differ <= differ);
+                }
                 engine_finish(&engine);
             }
             must(context, gl_device_end(device));
@@ -1003,6 +1035,14 @@ static void test_engine_errors(void **state)
     assert_int_equal(pnb_gl_solver_visibility(solver, &light, &view, engine.visibility),
                      PNB_ERROR_ARGUMENT);
     assert_non_null(strstr(pnb_context_error(context), "perspective"));
+    view = engine.view;
+    view.high[1] = -1;
+    assert_int_equal(pnb_gl_solver_visibility(solver, &light, &view, engine.visibility),
+                     PNB_ERROR_ARGUMENT);
+    view.high[1] = NAN;
+    assert_int_equal(pnb_gl_solver_visibility(solver, &light, &view, engine.visibility),
+                     PNB_ERROR_ARGUMENT);
+    assert_non_null(strstr(pnb_context_error(context), "low, high: no box"));
     must(context, pnb_gl_solver_visibility(solver, &light, &engine.view, engine.visibility));
     assert_int_equal(glGetError(), GL_NO_ERROR);
     must(context, gl_device_end(device));

@@ -1,6 +1,7 @@
 /* viewer/gpu.c: one frame by OpenGL in the window's context.
  *
  *   scene.vert, scene.frag    depth, geometric and shading normals, objects      "surface"
+ *   box.frag                  the box of what is seen, which is read back        "surface"
  *   the library's door        depth and normals in, visibility out, each light   "visibility"
  *   light.frag                irradiance x visibility, added up over the lights  "shade"
  *   picture.frag              a side in sRGB: picture, visibility or error
@@ -23,9 +24,10 @@
 
 enum { MAP_SIZE = 512 }; /* colours of errors, and one for none */
 enum { WARM_MS = 1000 }; /* may a solver's first frame take */
+enum { BOX_SIDE = 16 };  /* pixels that one fragment of box.frag looks at, across */
 
 /* LIGHT: one per type, made when it is needed. */
-enum program { SCENE, PICTURE, SHOW, LIGHT, PROGRAMS = LIGHT + PNB_LIGHT_TYPE_COUNT };
+enum program { SCENE, BOX, PICTURE, SHOW, LIGHT, PROGRAMS = LIGHT + PNB_LIGHT_TYPE_COUNT };
 
 enum {
     DEPTH,
@@ -43,10 +45,11 @@ struct view_gpu {
     bool es, reversed;
     char device[128];
     GLuint programs[PROGRAMS];
-    GLuint textures[SIZED_TEXTURES], colors, corners;
+    GLuint textures[SIZED_TEXTURES], colors, corners, box[2];
     GLuint framebuffer, empty_array;
     int width, height;
     struct gpu_scene scene;
+    float low[3], high[3]; /* of what is seen; all zero: nothing */
 
     /* What the textures show. */
     uint64_t scene_id, content;
@@ -141,6 +144,11 @@ static void make_texture(GLuint texture, GLenum internal, GLenum format, GLenum 
     glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_WRAP_T, GL_CLAMP_TO_EDGE);
 }
 
+static int box_size(int pixels)
+{
+    return (pixels + BOX_SIDE - 1) / BOX_SIDE;
+}
+
 static bool resize(struct view_gpu *gpu, int width, int height)
 {
     if (gpu->width == width && gpu->height == height)
@@ -165,6 +173,9 @@ static bool resize(struct view_gpu *gpu, int width, int height)
         make_texture(gpu->textures[i], internal, format, type, width, height,
                      type == GL_UNSIGNED_BYTE, NULL);
     }
+    for (int i = 0; i < 2; i++)
+        make_texture(gpu->box[i], GL_RGBA32F, GL_RGBA, GL_FLOAT, box_size(width), box_size(height),
+                     false, NULL);
     if (glGetError() != GL_NO_ERROR)
         return false;
     gpu->width = width;
@@ -208,9 +219,11 @@ struct view_gpu *view_gpu_create(bool es, char *why, size_t size)
     glGenTextures(SIZED_TEXTURES, gpu->textures);
     glGenTextures(1, &gpu->colors);
     glGenTextures(1, &gpu->corners);
+    glGenTextures(2, gpu->box);
     glGenFramebuffers(1, &gpu->framebuffer);
     glGenVertexArrays(1, &gpu->empty_array);
     if (link_program(gpu, SCENE, "scene.vert", "scene.frag", why, size) &&
+        link_program(gpu, BOX, "cover.vert", "box.frag", why, size) &&
         link_program(gpu, PICTURE, "cover.vert", "picture.frag", why, size) &&
         link_program(gpu, SHOW, "cover.vert", "show.frag", why, size)) {
         make_colors(gpu);
@@ -231,6 +244,7 @@ void view_gpu_destroy(struct view_gpu *gpu)
     glDeleteTextures(SIZED_TEXTURES, gpu->textures);
     glDeleteTextures(1, &gpu->colors);
     glDeleteTextures(1, &gpu->corners);
+    glDeleteTextures(2, gpu->box);
     glDeleteFramebuffers(1, &gpu->framebuffer);
     glDeleteVertexArrays(1, &gpu->empty_array);
     g_free(gpu);
@@ -348,6 +362,49 @@ static void draw_cover(struct view_gpu *gpu)
     glDrawArrays(GL_TRIANGLES, 0, 3);
 }
 
+static void set_view(struct view_gpu *gpu, enum program program, const struct view *view)
+{
+    const struct view_lens *lens = &view->lens;
+    set_vec3(gpu, program, "view_forward", lens->forward);
+    set_vec3(gpu, program, "view_right", v3_scale(lens->right, lens->half_x));
+    set_vec3(gpu, program, "view_up", v3_scale(lens->up, lens->half_y));
+    glUniform1f(at(gpu, program, "view_near"), (float)view->near_m);
+    glUniform1i(at(gpu, program, "view_reversed"), gpu->reversed);
+}
+
+/* A method whose maps follow what is seen gets the same ones as from a file's pixels by it. */
+static void find_box(struct view_gpu *gpu, const struct view *view)
+{
+    int width = box_size(gpu->width), height = box_size(gpu->height);
+    size_t count = (size_t)width * (size_t)height;
+    float *texels = g_new(float, 8 * count);
+    attach(gpu, 0, gpu->box[0], gpu->box[1]);
+    glViewport(0, 0, width, height);
+    glUseProgram(gpu->programs[BOX]);
+    set_map(gpu, BOX, "depth_map", 0, gpu->textures[DEPTH]);
+    set_map(gpu, BOX, "surface_map", 1, gpu->textures[SURFACE]);
+    set_view(gpu, BOX, view);
+    glUniform1i(at(gpu, BOX, "side"), BOX_SIDE);
+    draw_cover(gpu);
+    glPixelStorei(GL_PACK_ALIGNMENT, 4);
+    for (int i = 0; i < 2; i++) {
+        glReadBuffer(i ? GL_COLOR_ATTACHMENT1 : GL_COLOR_ATTACHMENT0);
+        glReadPixels(0, 0, width, height, GL_RGBA, GL_FLOAT, texels + 4 * count * (size_t)i);
+    }
+    const double eye[3] = {view->lens.eye.x, view->lens.eye.y, view->lens.eye.z};
+    for (int c = 0; c < 3; c++) {
+        float low = INFINITY, high = -INFINITY;
+        for (size_t i = 0; i < count; i++)
+            if (texels[4 * i + 3] > 0) {
+                low = fminf(low, texels[4 * i + (size_t)c]);
+                high = fmaxf(high, texels[4 * (count + i) + (size_t)c]);
+            }
+        gpu->low[c] = low <= high ? (float)(low + eye[c]) : 0;
+        gpu->high[c] = low <= high ? (float)(high + eye[c]) : 0;
+    }
+    g_free(texels);
+}
+
 static void upload_corners(struct view_gpu *gpu, const struct view_emitter *e, vec3 eye)
 {
     int count = MAX(e->count, 1);
@@ -385,11 +442,7 @@ static void add_light(struct view_gpu *gpu, const struct view *view, int side,
     set_map(gpu, program, "visibility_map", 3, texture);
     set_map(gpu, program, "material_map", 4, gpu->scene.materials);
     set_map(gpu, program, "corner_map", 5, gpu->corners);
-    set_vec3(gpu, program, "view_forward", lens->forward);
-    set_vec3(gpu, program, "view_right", v3_scale(lens->right, lens->half_x));
-    set_vec3(gpu, program, "view_up", v3_scale(lens->up, lens->half_y));
-    glUniform1f(at(gpu, program, "view_near"), (float)view->near_m);
-    glUniform1i(at(gpu, program, "view_reversed"), gpu->reversed);
+    set_view(gpu, program, view);
     glUniform1i(at(gpu, program, "count"), e.count);
     vec3 middle = v3(e.center[0], e.center[1], e.center[2]);
     set_vec3(gpu, program, "middle", v3_sub(middle, lens->eye));
@@ -430,6 +483,8 @@ static pnb_status solve_lights(struct view_gpu *gpu, const struct view *view, in
                          .clip_zero_to_one = gpu->reversed,
                          .depth_reversed = gpu->reversed};
     clip_matrix(view, false, input.clip_from_world);
+    memcpy(input.low, gpu->low, sizeof(input.low));
+    memcpy(input.high, gpu->high, sizeof(input.high));
     clear_map(gpu, gpu->textures[SUMS + side], 0);
     clear_map(gpu, gpu->textures[VISIBILITY + side], -1);
     int64_t started = g_get_monotonic_time();
@@ -574,6 +629,7 @@ static pnb_status draw_sides(struct view_gpu *gpu, struct view_frame *frame)
         gpu_scene_move(&gpu->scene, &frame->state);
         view = view_of(gpu, &frame->state);
         draw_surface(gpu, &view, &frame->state);
+        find_box(gpu, &view);
         frame->times.primary += milliseconds_since(&started);
     }
     if (frame->show == VIEW_SHOW_ERROR && frame->truth_samples > 0)

@@ -9,10 +9,23 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <unistd.h>
+#ifdef __GLIBC__
+#include <malloc.h>
+#endif
 
 #include "canvas.h"
 #include "handles.h"
 #include "window.h"
+
+enum { TENTHS = 10 };
+
+/* Of the process, in kilobytes: pages in memory; those of them that belong to no file and are not
+ * shared with the X server; and what malloc() has given out and not had back, which does not grow
+ * where nothing is lost. */
+struct memory {
+    int frame;
+    long resident, anonymous, heap;
+};
 
 struct view_measure {
     struct view_app *app;
@@ -26,19 +39,33 @@ struct view_measure {
     GArray *times, *lags;                      /* milliseconds */
     double update, primary, visibility, shade; /* sums, milliseconds */
     int full, least_width, least_height;
-    long resident_begin, resident_end, resident_most;
+    long resident_most;
+    struct memory memory[TENTHS + 1]; /* [0]: after the first hundredth */
+    int memory_count;
     bool done;
 };
 
-long view_resident_kb(void)
+static struct memory memory_now(int frame)
 {
-    long total = 0, resident = 0;
+    struct memory memory = {.frame = frame};
+    long total = 0, resident = 0, shared = 0, page_kb = sysconf(_SC_PAGESIZE) / 1024;
     FILE *file = fopen("/proc/self/statm", "r");
-    if (file && fscanf(file, "%ld %ld", &total, &resident) != 2)
-        resident = 0;
+    if (file && fscanf(file, "%ld %ld %ld", &total, &resident, &shared) != 3)
+        resident = shared = 0;
     if (file)
         fclose(file);
-    return resident * (sysconf(_SC_PAGESIZE) / 1024);
+    memory.resident = resident * page_kb;
+    memory.anonymous = (resident - shared) * page_kb;
+#ifdef __GLIBC__
+    struct mallinfo2 info = mallinfo2();
+    memory.heap = (long)((info.uordblks + info.hblkhd) / 1024);
+#endif
+    return memory;
+}
+
+long view_resident_kb(void)
+{
+    return memory_now(0).resident;
 }
 
 static gboolean on_tick(GtkWidget *widget, GdkFrameClock *clock, gpointer data)
@@ -46,6 +73,10 @@ static gboolean on_tick(GtkWidget *widget, GdkFrameClock *clock, gpointer data)
     struct view_measure *measure = data;
     double phase = 2 * M_PI * ++measure->ticks / 150.0;
     ViewCanvas *canvas = view_window_canvas(measure->app->window);
+    if (measure->what == VIEW_MEASURE_NOTHING) {
+        gtk_widget_queue_draw(GTK_WIDGET(canvas));
+        return G_SOURCE_CONTINUE;
+    }
     view_canvas_motion(canvas, measure->x + 90 * sin(phase), measure->y + 45 * (1 - cos(phase)), 0);
     return G_SOURCE_CONTINUE;
 }
@@ -73,7 +104,7 @@ struct view_measure *view_measure_begin(struct view_app *app, enum view_measure_
     } else if (good && what == VIEW_MEASURE_OBJECT) {
         good = select_object(app);
     }
-    if (good && what != VIEW_MEASURE_CAMERA)
+    if (good && (what == VIEW_MEASURE_LIGHT || what == VIEW_MEASURE_OBJECT))
         good = view_canvas_find_handle(canvas, VIEW_HANDLE_MOVE, &x, &y);
     if (!good)
         return NULL;
@@ -83,10 +114,15 @@ struct view_measure *view_measure_begin(struct view_app *app, enum view_measure_
     measure->wanted = frames;
     measure->x = x;
     measure->y = y;
-    measure->times = g_array_new(FALSE, FALSE, sizeof(double));
-    measure->lags = g_array_new(FALSE, FALSE, sizeof(double));
+    /* All of it now and written to, so that what grows later is not the measure. */
+    guint room = (guint)MIN(frames + 1, 1 << 20);
+    measure->times = g_array_sized_new(FALSE, TRUE, sizeof(double), room);
+    measure->lags = g_array_sized_new(FALSE, TRUE, sizeof(double), room);
+    g_array_set_size(g_array_set_size(measure->times, room), 0);
+    g_array_set_size(g_array_set_size(measure->lags, room), 0);
     measure->shown = view_canvas_get_shown(canvas).count;
-    view_canvas_press(canvas, x, y, GDK_BUTTON_PRIMARY, 0);
+    if (what != VIEW_MEASURE_NOTHING)
+        view_canvas_press(canvas, x, y, GDK_BUTTON_PRIMARY, 0);
     measure->tick =
         gtk_widget_add_tick_callback(view_window_widget(app->window), on_tick, measure, NULL);
     return measure;
@@ -103,15 +139,25 @@ static void end_drag(struct view_measure *measure)
 {
     stop_ticking(measure);
     measure->done = true;
-    measure->resident_end = view_resident_kb();
-    view_canvas_release(view_window_canvas(measure->app->window));
+    if (measure->what != VIEW_MEASURE_NOTHING)
+        view_canvas_release(view_window_canvas(measure->app->window));
+}
+
+static void note_memory(struct view_measure *measure)
+{
+    int frame = (int)measure->times->len, next = measure->memory_count;
+    struct memory memory = memory_now(frame);
+    measure->resident_most = MAX(measure->resident_most, memory.resident);
+    int due = next == 0 ? measure->wanted / 100 : (int)((long long)measure->wanted * next / TENTHS);
+    if (next <= TENTHS && frame >= MAX(due, 1))
+        measure->memory[measure->memory_count++] = memory;
 }
 
 bool view_measure_painted(struct view_measure *measure, int64_t now_us)
 {
     struct view_canvas_shown shown =
         view_canvas_get_shown(view_window_canvas(measure->app->window));
-    if (measure->done || shown.count == measure->shown)
+    if (measure->done || (shown.count == measure->shown && measure->what != VIEW_MEASURE_NOTHING))
         return measure->done;
     measure->shown = shown.count;
     if (measure->last_us) {
@@ -129,10 +175,7 @@ bool view_measure_painted(struct view_measure *measure, int64_t now_us)
             measure->least_width = shown.width;
             measure->least_height = shown.height;
         }
-        long resident = view_resident_kb();
-        measure->resident_most = MAX(measure->resident_most, resident);
-        if ((int)measure->times->len == MAX(1, measure->wanted / 10))
-            measure->resident_begin = resident;
+        note_memory(measure);
     }
     measure->last_us = now_us;
     if ((int)measure->times->len >= measure->wanted)
@@ -173,39 +216,68 @@ static struct figures figures_of(const struct view_measure *measure)
     return out;
 }
 
-static const char *const what_names[] = {"light", "object", "camera"};
+static const char *const what_names[] = {"light", "object", "camera", "nothing"};
+
+/* The first and the last of the drag. */
+static void ends_of(const struct view_measure *measure, struct memory *begin, struct memory *end)
+{
+    *begin = *end = (struct memory){0};
+    if (measure->memory_count == 0)
+        return;
+    *begin = measure->memory[MIN(1, measure->memory_count - 1)];
+    *end = measure->memory[measure->memory_count - 1];
+}
+
+static char *memory_json(const struct view_measure *measure)
+{
+    GString *text = g_string_new(NULL);
+    for (int i = 0; i < measure->memory_count; i++) {
+        const struct memory *m = &measure->memory[i];
+        g_string_append_printf(text,
+                               "%s{\"frame\": %d, \"resident_kb\": %ld, \"anonymous_kb\": %ld, "
+                               "\"heap_kb\": %ld}",
+                               i ? ", " : "", m->frame, m->resident, m->anonymous, m->heap);
+    }
+    return g_string_free(text, FALSE);
+}
 
 char *view_measure_json(const struct view_measure *measure)
 {
     const struct view_app *app = measure->app;
     struct figures f = figures_of(measure);
     double n = fmax(f.frames, 1);
-    return g_strdup_printf(
+    struct memory begin, end;
+    ends_of(measure, &begin, &end);
+    char *memory = memory_json(measure);
+    char *json = g_strdup_printf(
         "{\"drag\": \"%s\", \"method\": \"%s\", \"width\": %d, \"height\": %d, \"frames\": %.0f, "
         "\"frames_per_second\": %.2f, \"milliseconds\": {\"median\": %.2f, \"mean\": %.2f, "
         "\"p99\": %.2f, \"most\": %.2f}, \"lag_milliseconds\": {\"median\": %.2f, \"p99\": %.2f}, "
         "\"stages\": {\"update\": %.2f, \"surface\": %.2f, \"visibility\": %.2f, \"shade\": %.2f}, "
         "\"frames_of_all_pixels\": %d, \"least_width\": %d, \"least_height\": %d, "
-        "\"resident_kb\": {\"begin\": %ld, \"end\": %ld, \"most\": %ld}}",
+        "\"resident_kb\": {\"begin\": %ld, \"end\": %ld, \"most\": %ld}, \"memory\": [%s]}",
         what_names[measure->what], app->state.methods[0].info->name, app->state.width,
         app->state.height, f.frames, f.mean > 0 ? 1000 / f.mean : 0, f.median, f.mean, f.p99,
         f.most, f.lag_median, f.lag_p99, measure->update / n, measure->primary / n,
         measure->visibility / n, measure->shade / n, measure->full, measure->least_width,
-        measure->least_height, measure->resident_begin, measure->resident_end,
-        measure->resident_most);
+        measure->least_height, begin.resident, end.resident, measure->resident_most, memory);
+    g_free(memory);
+    return json;
 }
 
 char *view_measure_text(const struct view_measure *measure)
 {
     struct figures f = figures_of(measure);
+    struct memory begin, end;
+    ends_of(measure, &begin, &end);
     return g_strdup_printf(
         "drag %s: %.0f frames, %.1f a second; ms a frame: median %.1f, 99 %% below %.1f, most "
         "%.1f; lag: median %.1f, 99 %% below %.1f; %.0f %% with all pixels, least %dx%d; memory "
-        "%ld to %ld MB",
+        "%.1f to %.1f MB, in use %.1f to %.1f MB",
         what_names[measure->what], f.frames, f.mean > 0 ? 1000 / f.mean : 0, f.median, f.p99,
         f.most, f.lag_median, f.lag_p99, 100.0 * measure->full / fmax(f.frames, 1),
-        measure->least_width, measure->least_height, measure->resident_begin / 1024,
-        measure->resident_end / 1024);
+        measure->least_width, measure->least_height, (double)begin.resident / 1024,
+        (double)end.resident / 1024, (double)begin.heap / 1024, (double)end.heap / 1024);
 }
 
 void view_measure_destroy(struct view_measure *measure)

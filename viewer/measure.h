@@ -8,7 +8,13 @@
 
 struct view_measure;
 
-enum view_measure_what { VIEW_MEASURE_LIGHT, VIEW_MEASURE_OBJECT, VIEW_MEASURE_CAMERA };
+/* NOTHING: the same picture again and again, which is GTK's share of time and memory. */
+enum view_measure_what {
+    VIEW_MEASURE_LIGHT,
+    VIEW_MEASURE_OBJECT,
+    VIEW_MEASURE_CAMERA,
+    VIEW_MEASURE_NOTHING
+};
 
 /* NULL if there is nothing to take hold of. */
 struct view_measure *view_measure_begin(struct view_app *app, enum view_measure_what what,

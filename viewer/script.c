@@ -51,6 +51,7 @@ static const struct {
     {"drag", "wait full\ndrag light\nwait full\nprint\n"},
     {"drag-object", "wait full\ndrag object\nwait full\nprint\n"},
     {"orbit", "wait full\ndrag camera\nwait full\nprint\n"},
+    {"repaint", "wait full\ndrag nothing\nwait full\nprint\n"},
 };
 
 static void run(struct view_script *script);
@@ -323,9 +324,10 @@ static bool do_select(struct view_script *script, const char *kind, const char *
 
 static bool do_drag(struct view_script *script, const char *what)
 {
-    enum view_measure_what kind = strcmp(what, "object") == 0   ? VIEW_MEASURE_OBJECT
-                                  : strcmp(what, "camera") == 0 ? VIEW_MEASURE_CAMERA
-                                                                : VIEW_MEASURE_LIGHT;
+    enum view_measure_what kind = strcmp(what, "object") == 0    ? VIEW_MEASURE_OBJECT
+                                  : strcmp(what, "camera") == 0  ? VIEW_MEASURE_CAMERA
+                                  : strcmp(what, "nothing") == 0 ? VIEW_MEASURE_NOTHING
+                                                                 : VIEW_MEASURE_LIGHT;
     script->measure = view_measure_begin(script->app, kind, script->app->options->frames);
     if (!script->measure)
         return false;

@@ -1,6 +1,6 @@
 /* viewer/script.h: drives the window as a hand would, for measurements, tests and pictures.
  *
- * A script is a name (first, drag, drag-object, orbit) or a file of lines:
+ * A script is a name (first, drag, drag-object, orbit, repaint) or a file of lines:
  *   wait scene|full|rest|MILLISECONDS   what the worker has to reach first
  *   open PATH, drop PATH                then waits until it is open or has failed
  *   save PATH, screenshot PATH (as `render` makes it), shown PATH (as it is on the
@@ -11,7 +11,7 @@
  *   select light|object INDEX|NAME, add-light SHAPE, remove-light, shape SHAPE
  *   point X Y, press X Y|HANDLE, move X Y, move-by DX DY, release, click X Y    pixels
  *   step DX DY, zoom FACTOR, action NAME
- *   drag light|object|camera            a measured drag of --frames frames
+ *   drag light|object|camera|nothing    a measured drag of --frames frames
  *   play, stop
  *   expect banner|no-banner|readout|progress|moved|still|method|second|info [TEXT]
  *   expect window|headless 0|1          where that side's method on OpenGL was drawn

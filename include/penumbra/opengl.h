@@ -28,6 +28,10 @@ typedef struct pnb_gl_view {
     /* How your projection fills the depth, where it is not OpenGL's own way. */
     bool clip_zero_to_one; /* clip z runs from 0 to w: glClipControl(..., GL_ZERO_TO_ONE) */
     bool depth_reversed;   /* near is 1 in the depth texture and far 0 */
+    /* A box around all surfaces in the depth texture, world space, if you know one; all zero:
+     * unknown. `dbuffer` then spends its texels on it alone. Surfaces outside of it may lack their
+     * shadow. */
+    float low[3], high[3];
 } pnb_gl_view;
 
 /* Like pnb_solver_create(), in the OpenGL context that is current in this thread.

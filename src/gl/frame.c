@@ -329,7 +329,9 @@ pnb_status gl_frame_from_depth(struct gl_frame *frame, const pnb_scene *scene,
         return status_fail(context, PNB_ERROR_ARGUMENT, "clip_from_world",
                            "its near plane does not lie before the eye");
     set_near(frame, near_w);
-    frame->bounded = false;
+    frame->bounded = source->bounded;
+    frame->low = source->low;
+    frame->high = source->high;
     frame->lift = scene_receiver_lift(scene);
 
     struct gl_draw draw = {

@@ -49,6 +49,8 @@ struct gl_frame_source {
     double clip_from_world[16]; /* column-major */
     bool zero_to_one;           /* clip z from 0 to w, as glClipControl() may say; else -w to w */
     bool reversed;              /* near is 1 in the window, far 0 */
+    bool bounded;               /* what the depth shows lies in low to high */
+    vec3 low, high;
 };
 pnb_status gl_frame_create(struct gl_device *device, struct gl_frame **out_frame); /* empty */
 pnb_status gl_frame_from_depth(struct gl_frame *frame, const pnb_scene *scene,

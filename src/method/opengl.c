@@ -390,6 +390,12 @@ static pnb_status adopt_view(struct opengl_solver *gl, const pnb_gl_view *view,
     for (int i = 0; i < 16; i++)
         if (!isfinite(source->clip_from_world[i]))
             return status_fail(context, PNB_ERROR_ARGUMENT, "clip_from_world", "not finite");
+    source->low = v3_loadf(view->low);
+    source->high = v3_loadf(view->high);
+    vec3 extent = v3_sub(source->high, source->low);
+    if (!v3_finite(extent) || extent.x < 0 || extent.y < 0 || extent.z < 0)
+        return status_fail(context, PNB_ERROR_ARGUMENT, "low, high", "no box");
+    source->bounded = extent.x > 0 || extent.y > 0 || extent.z > 0;
     status = gl_texture_adopt(device, view->depth_texture, GL_FORMAT_DEPTH32F, width, height,
                               &source->depth);
     if (status == PNB_OK && view->normal_texture)

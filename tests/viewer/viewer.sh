@@ -277,8 +277,9 @@ if "$penumbra" methods | grep -q '^hard-volume'; then
             echo "truth 0"
             for scene in two-boxes three-lights jack-tube outdoor triangle-light; do
                 echo "open builtin:$scene"
-                for method in hard-volume pcss; do
+                for method in hard-volume pcss dbuffer; do
                     [ $scene-$method != outdoor-pcss ] || continue
+                    [ $scene-$method != outdoor-dbuffer ] || continue
                     echo "method $method"
                     echo "wait full"
                     echo "expect window 0"
@@ -293,7 +294,7 @@ if "$penumbra" methods | grep -q '^hard-volume'; then
         for picture in $kind-*.png; do
             "$near" "$picture" "${picture#$kind-}" 2 0.0005 >>out 2>&1 || bad_pictures=1
         done
-        [ "$bad_pictures" = 0 ] && [ "$(ls $kind-*.png | wc -l)" = 9 ]
+        [ "$bad_pictures" = 0 ] && [ "$(ls $kind-*.png | wc -l)" = 13 ]
         report $? screen_is_render_s_picture_$kind
     done
     "$penumbra" render builtin:three-lights -m pcss -s 320x240 -o render.png -q >out 2>err
