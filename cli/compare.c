@@ -47,6 +47,9 @@ static const char help_text[] =
 
 #define MOTION_FRAMES     16
 #define MOTION_FRAMES_MAX 1000
+/* Above so many triangles less of the path, in as long steps. */
+#define MOTION_TRIANGLES    5000
+#define MOTION_FRAMES_DENSE 8
 
 static const char *truth_samples_text, *motion_text, *motion_path_text, *motion_frames_text,
     *curves_text, *papers_text, *series_text;
@@ -58,7 +61,8 @@ static const struct cli_extra extras[] = {
     {"motion", NULL, "also: how much more each method jumps between frames than the truth",
      &motion_text},
     {"motion-path", "light|occluder", "what moves (default light)", &motion_path_text},
-    {"motion-frames", "N", "frames of the motion (default 16)", &motion_frames_text},
+    {"motion-frames", "N", "frames of the motion (default 16; 8 above 5000 triangles)",
+     &motion_frames_text},
     {"curves", NULL, "also: time and error over triangles, light size, pixels", &curves_text},
     {"papers", NULL, "also: the papers' tables and figures, made again", &papers_text},
 };
@@ -234,16 +238,19 @@ static int check_scenes(struct cli_session *session, const struct compare_run *r
 struct wishes {
     int truth_samples;
     bool motion, occluder, curves, papers;
-    int motion_frames;
+    int motion_frames; /* 0: as the scene is */
 };
 
 static struct compare_motion plan_motion(const struct cli_options *options,
-                                         const struct wishes *wishes)
+                                         const struct wishes *wishes, size_t triangles)
 {
     int width = options->width / 2, height = options->height / 2;
-    return (struct compare_motion){.frames = wishes->motion_frames,
-                                   .width = width > 0 ? width : 1,
-                                   .height = height > 0 ? height : 1};
+    int frames = triangles > MOTION_TRIANGLES ? MOTION_FRAMES_DENSE : MOTION_FRAMES;
+    return (struct compare_motion){
+        .frames = wishes->motion_frames ? wishes->motion_frames : frames,
+        .share = wishes->motion_frames ? 1 : (frames - 1) / (double)(MOTION_FRAMES - 1),
+        .width = width > 0 ? width : 1,
+        .height = height > 0 ? height : 1};
 }
 
 /* Of many scenes the motion of a few says as much. */
@@ -261,7 +268,7 @@ static double plan_units(const struct compare_run *run, const struct wishes *wis
 {
     const struct cli_options *options = run->options;
     double units = (double)run->path_count * compare_scene_units(options, wishes->truth_samples);
-    struct compare_motion motion = plan_motion(options, wishes);
+    struct compare_motion motion = plan_motion(options, wishes, 0);
     for (size_t i = 0; i < run->path_count && wishes->motion; i++)
         if (moves(run, &(struct compare_scene){.path = run->paths[i]}))
             units += compare_motion_units(&motion, pnb_method_count());
@@ -277,10 +284,7 @@ static int run_motion(struct cli_session *session, struct compare_run *run,
                       json_t *json)
 {
     struct compare_motion *motion = &run->motion[run->motion_count];
-    *motion = plan_motion(run->options, wishes);
-    char text[64];
-    snprintf(text, sizeof(text), "%.40s: motion", report_scene_name(scene));
-    cli_session_step(session, text, compare_motion_units(motion, pnb_method_count()));
+    *motion = plan_motion(run->options, wishes, scene->triangle_count);
     int result = compare_motion_run(session, scene, wishes->occluder, motion);
     if (result == CLI_GO_ON) {
         if (run->motion_count == 0)
@@ -374,7 +378,7 @@ static int run_all(struct cli_session *session, struct compare_run *run, const p
     }
     cli_session_plan(session, plan_units(run, wishes));
     if (run->path_count > 8 || wishes->curves || wishes->papers)
-        session->repeat_ms = 60;
+        session->repeat_ms = 40;
     if (result == CLI_GO_ON)
         result =
             run_scenes(session, run, images, wishes, parts[BODY].file, parts[MOTION].file, scenes);
@@ -437,6 +441,22 @@ static bool list_paths(const struct cli_options *options, struct compare_run *ru
     return run->paths != NULL;
 }
 
+#define MANY_TRIANGLES 100000
+
+/* Of everything at once: what would take most of the time and says little. */
+static const struct {
+    const char *entry;
+    bool closed_only;
+    const char *why;
+} limits[] = {
+    {"wedge", false, "with more than 100,000 triangles its cost is that of wedge-blend"},
+    {"wedge-probabilistic", false,
+     "with more than 100,000 triangles its cost is that of wedge-blend"},
+    {"planar:64", true, "it takes minutes of open meshes and of more than 100,000 triangles"},
+    {"planar:tolerance=0.0156", true,
+     "it takes minutes of open meshes and of more than 100,000 triangles"},
+};
+
 /* Each method that samples at a quarter of its usual number, and settings that say more, where the
  * method is there: many samples only of what stays quick with them. */
 static bool add_series(struct cli_options *options)
@@ -460,12 +480,21 @@ static bool add_series(struct cli_options *options)
     }
     for (size_t i = before; i < options->choice_count; i++)
         options->choices[i].figures_only = true;
+    for (size_t i = 0; i < options->choice_count && options->all_methods; i++)
+        for (size_t k = 0; k < sizeof(limits) / sizeof(limits[0]); k++) {
+            struct cli_choice *choice = &options->choices[i];
+            if (strcmp(choice->label, limits[k].entry) != 0)
+                continue;
+            choice->most_triangles = MANY_TRIANGLES;
+            choice->closed_only = limits[k].closed_only;
+            choice->why = limits[k].why;
+        }
     return good;
 }
 
 static int check_line(const struct cli_options *options, struct wishes *wishes)
 {
-    long truth_samples = TRUTH_SAMPLES, frames = MOTION_FRAMES;
+    long truth_samples = TRUTH_SAMPLES, frames = 0;
     if (!options->output)
         return cli_usage_error("compare", "command line", "missing -o DIR");
     if (options->image_count && options->operand_count > 1)

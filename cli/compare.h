@@ -23,6 +23,7 @@ struct compare_entry {
     pnb_solver_param *params;      /* its own and those of -p that the method has; texts borrowed */
     size_t param_count;
     bool figures_only;               /* one of a series: no pictures on the page */
+    const struct cli_choice *choice; /* NULL: none was given */
     bool picture_only;               /* a file with colours: judged by its picture */
     double prepare_ms, milliseconds; /* NaN for files */
     pnb_errors errors;
@@ -47,6 +48,7 @@ struct compare_scene {
     int width, height;
     size_t light_index, light_count, triangle_count;
     const char *light_type;
+    bool open;                                        /* a mesh that casts is not closed */
     size_t surface_pixels;                            /* where the camera sees something */
     size_t facing_pixels;                             /* of these: what faces the whole light */
     size_t penumbra_pixels, umbra_pixels, lit_pixels; /* of these, by the truth */
@@ -118,6 +120,14 @@ void report_html_entry(FILE *page, const pnb_method_info *method, const char *la
 void report_html_png(FILE *page, const struct compare_png *png); /* as a data: address */
 /* Which method for which scene, the figures of all, error against time over all scenes. */
 void report_html_summary(FILE *page, const struct compare_run *run);
+/* Which method for which kind of scene. entries: every label of the run once. */
+void report_html_kinds(FILE *page, const struct compare_run *run,
+                       const struct compare_entry *const *entries, size_t count);
+/* NULL: the scene has no such entry. */
+const struct compare_entry *report_find_entry(const struct compare_scene *scene, const char *label);
+bool report_measured(const struct compare_entry *entry); /* has an error and a time */
+/* Below this two methods do not differ, since the truth has an error of its own. */
+#define REPORT_ERROR_FLOOR 1e-4
 
 /* ---- drawings: inline SVG on logarithmic axes ---- */
 

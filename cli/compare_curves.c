@@ -14,7 +14,7 @@ enum { WIDTH = 320, HEIGHT = 240, SPHERES = 9, TRUTH_SAMPLES = 512, NO_TRUTH = 1
 
 static const int sphere_counts[] = {1, 4, 9, 23, 49, 81};
 static const double light_scales[] = {0.125, 0.25, 0.5, 1, 2, 4};
-static const int widths[] = {160, 320, 640, 1280};
+static const int widths[] = {160, 320, 640, 960};
 
 #define COUNT(array) (sizeof(array) / sizeof((array)[0]))
 

@@ -19,6 +19,7 @@
 #include <string.h>
 
 #define TRUTH_SAMPLES 1024
+#define RAYS          64   /* of the reference, where it would be the truth again */
 #define LIGHT_PATH    0.06 /* of the distance from the light to what the camera looks at */
 #define OBJECT_PATH   0.25 /* of the occluder's diagonal */
 #define SUN_PATH_RAD  0.06
@@ -44,6 +45,18 @@ struct filming {
 static int no_memory(void)
 {
     return cli_error("memory", "none left");
+}
+
+/* ---- progress: about milliseconds ---- */
+
+static double truth_units(const struct compare_motion *motion)
+{
+    return motion->frames * (double)motion->width * motion->height * TRUTH_SAMPLES * 8e-6;
+}
+
+static double entry_units(const struct compare_motion *motion)
+{
+    return motion->frames * 30.0;
 }
 
 /* ---- what moves ---- */
@@ -158,14 +171,15 @@ static int choose_path(struct filming *filming)
         int done = find_occluder(filming, &length);
         if (done != CLI_GO_ON)
             return done;
-        length *= OBJECT_PATH;
+        length *= OBJECT_PATH * motion->share;
         snprintf(motion->what, sizeof(motion->what), "an occluder moves %.3g m in %d steps", length,
                  motion->frames - 1);
     } else if (filming->light.type == PNB_LIGHT_SUN) {
         const double *d = filming->light.shape.sun.direction;
-        length = SUN_PATH_RAD * sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2]);
+        double angle = SUN_PATH_RAD * motion->share;
+        length = angle * sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2]);
         snprintf(motion->what, sizeof(motion->what), "the sun turns by %.2g degrees in %d steps",
-                 SUN_PATH_RAD * 57.29578, motion->frames - 1);
+                 angle * 57.29578, motion->frames - 1);
     } else {
         pnb_camera camera;
         double center[3], away = 0;
@@ -173,7 +187,7 @@ static int choose_path(struct filming *filming)
         light_center(&filming->light, center);
         for (int a = 0; a < 3; a++)
             away += (center[a] - camera.target[a]) * (center[a] - camera.target[a]);
-        length = LIGHT_PATH * sqrt(away);
+        length = LIGHT_PATH * motion->share * sqrt(away);
         snprintf(motion->what, sizeof(motion->what), "the light moves %.3g m in %d steps", length,
                  motion->frames - 1);
     }
@@ -403,12 +417,20 @@ static int draw_jumps(struct filming *filming, struct compare_motion_entry *entr
     return good ? CLI_GO_ON : no_memory();
 }
 
+static void step(struct filming *filming, const char *what, double units)
+{
+    char text[64];
+    snprintf(text, sizeof(text), "%.24s, motion: %.24s", filming->motion->title, what);
+    cli_session_step(filming->session, text, units);
+}
+
 static int run_entry(struct filming *filming, const struct compare_entry *from, float *largest)
 {
     struct compare_motion *motion = filming->motion;
     struct compare_motion_entry *entry = &motion->entries[motion->entry_count];
     pnb_solver *solver = NULL;
     int result = CLI_GO_ON;
+    step(filming, from->label, entry_units(motion));
     *entry = (struct compare_motion_entry){.method = from->method,
                                            .steps = calloc((size_t)motion->frames, sizeof(double))};
     snprintf(entry->label, sizeof(entry->label), "%s", from->label);
@@ -434,6 +456,7 @@ static int run_truth(struct filming *filming)
         .method = "reference", .samples = TRUTH_SAMPLES, .params = &seed, .param_count = 1};
     pnb_solver *solver = NULL;
     double milliseconds;
+    step(filming, "truth", truth_units(filming->motion));
     if (pnb_solver_create(filming->session->context, filming->scene, &desc, &solver) != PNB_OK)
         return cli_session_fail(filming->session);
     int result = film(filming, solver, filming->truth, &milliseconds);
@@ -446,8 +469,7 @@ static int run_truth(struct filming *filming)
 
 double compare_motion_units(const struct compare_motion *motion, size_t entries)
 {
-    double pixels = (double)motion->width * motion->height;
-    return motion->frames * (pixels * TRUTH_SAMPLES * 8e-6 + (double)entries * 30);
+    return truth_units(motion) + (double)entries * entry_units(motion);
 }
 
 int compare_motion_run(struct cli_session *session, const struct compare_scene *scene,
@@ -478,9 +500,17 @@ int compare_motion_run(struct cli_session *session, const struct compare_scene *
         result = mark_pixels(&filming);
     if (result == CLI_GO_ON)
         result = run_truth(&filming);
-    for (size_t i = 0; i < scene->entry_count && result == CLI_GO_ON; i++)
-        if (scene->entries[i].method && !scene->entries[i].figures_only)
-            result = run_entry(&filming, &scene->entries[i], largest);
+    for (size_t i = 0; i < scene->entry_count && result == CLI_GO_ON; i++) {
+        struct compare_entry entry = scene->entries[i];
+        if (!entry.method || entry.figures_only)
+            continue;
+        bool rays = strcmp(entry.name, "reference") == 0 && entry.samples >= TRUTH_SAMPLES;
+        if (rays) {
+            entry.samples = RAYS;
+            snprintf(entry.label, sizeof(entry.label), "%s:%d", entry.name, RAYS);
+        }
+        result = run_entry(&filming, &entry, largest);
+    }
     for (int f = 0; filming.surfaces && f < (occluder ? motion->frames : 1); f++)
         pnb_surface_destroy(filming.surfaces[f]);
     free(filming.surfaces);

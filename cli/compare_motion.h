@@ -25,13 +25,15 @@ struct compare_motion {
     const char *path, *title; /* of the scene; borrowed */
     char what[120];           /* "the light moves 0.3 m in 15 steps" */
     int frames, width, height, truth_samples;
+    double share; /* of the whole path */
     struct compare_png truth_slice;
     struct compare_motion_entry *entries;
     size_t entry_count;
 };
 
-/* The caller sets frames (2 at least), width and height; the entries are those of the scene, done
- * before, that have pictures. CLI_GO_ON or an exit status; finish in either case. */
+/* The caller sets frames (2 at least), width, height and share; the entries are those of the scene,
+ * done before, that have pictures; of the reference fewer samples. CLI_GO_ON or an exit status;
+ * finish in either case. */
 int compare_motion_run(struct cli_session *session, const struct compare_scene *scene,
                        bool occluder, struct compare_motion *motion);
 void compare_motion_finish(pnb_context *context, struct compare_motion *motion);

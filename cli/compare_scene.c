@@ -266,6 +266,16 @@ static bool tolerates(const struct bench *bench, pnb_status status)
            (status == PNB_ERROR_UNSUPPORTED || status == PNB_ERROR_DEVICE);
 }
 
+static void remove_entry(struct bench *bench, size_t index, const char *note)
+{
+    struct compare_scene *result = bench->result;
+    struct compare_entry *entry = &result->entries[index];
+    add_text(&result->notes, &result->note_count, note);
+    free_entry(bench->session->context, entry);
+    result->entry_count--;
+    memmove(entry, entry + 1, (result->entry_count - index) * sizeof(*entry));
+}
+
 /* With the reason that the context has. A method that was asked for by name is worth a warning. */
 static void leave_out(struct bench *bench, size_t index)
 {
@@ -274,14 +284,11 @@ static void leave_out(struct bench *bench, size_t index)
     char note[1600];
     snprintf(note, sizeof(note), "%s is left out: %s", entry->label,
              pnb_context_error(bench->session->context));
-    add_text(&result->notes, &result->note_count, note);
+    remove_entry(bench, index, note);
     if (!compares_all(bench->options)) {
         snprintf(note, sizeof(note), "%s: %s", result->path, result->notes[result->note_count - 1]);
         cli_session_warn(bench->session, note);
     }
-    free_entry(bench->session->context, entry);
-    result->entry_count--;
-    memmove(entry, entry + 1, (result->entry_count - index) * sizeof(*entry));
 }
 
 pnb_status compare_entry_solver(pnb_context *context, pnb_scene *scene,
@@ -316,6 +323,41 @@ static int check_methods(struct bench *bench)
             return cli_session_fail(bench->session);
     }
     return CLI_GO_ON;
+}
+
+/* Whether any occluder has a border: of such, every edge is an outline. The edges are there since
+ * the first method wanted them. */
+static int find_open(struct bench *bench)
+{
+    for (size_t i = 0; i < pnb_scene_object_count(bench->scene); i++) {
+        pnb_object object;
+        pnb_mesh_info info;
+        pnb_scene_object(bench->scene, i, &object);
+        if (!object.casts || object.plane)
+            continue;
+        if (pnb_scene_mesh_info(bench->scene, object.mesh, &info) != PNB_OK)
+            return cli_session_fail(bench->session);
+        bench->result->open |= !info.closed;
+    }
+    return CLI_GO_ON;
+}
+
+/* What would take long here, and says little. */
+static int too_dear(struct bench *bench, size_t index, bool *left_out)
+{
+    struct compare_scene *result = bench->result;
+    const struct compare_entry *entry = &result->entries[index];
+    const struct cli_choice *choice = entry->choice;
+    int done = choice && choice->closed_only ? find_open(bench) : CLI_GO_ON;
+    *left_out =
+        choice && choice->most_triangles &&
+        (result->triangle_count > choice->most_triangles || (choice->closed_only && result->open));
+    if (*left_out && done == CLI_GO_ON) {
+        char note[400];
+        snprintf(note, sizeof(note), "%s is left out: %s", entry->label, choice->why);
+        remove_entry(bench, index, note);
+    }
+    return done;
 }
 
 /* *left_out: the method cannot do it after all; entry is then the next one. */
@@ -472,8 +514,10 @@ static int choose_entries(struct bench *bench)
     bool good = result->entries != NULL;
     if (good && chooses_freely(options))
         good = add_defaults(result, options);
-    for (size_t i = 0; i < options->choice_count && good; i++)
+    for (size_t i = 0; i < options->choice_count && good; i++) {
         good = add_entry(result, &options->choices[i], options);
+        result->entries[result->entry_count - 1].choice = &options->choices[i];
+    }
     if (!good)
         return no_memory();
     for (size_t i = 0; i < options->image_count; i++) {
@@ -609,12 +653,16 @@ static int run_scene(struct bench *bench, int truth_samples)
         struct compare_entry *entry = &result->entries[i];
         bool left_out = false;
         step(bench, entry->label, entry_units(bench->options, entry->name, entry->samples));
-        done = entry->method ? run_method(bench, entry, &left_out)
-                             : run_image(bench, entry, &bench->images[image++]);
+        done = too_dear(bench, i, &left_out);
+        if (done == CLI_GO_ON && !left_out)
+            done = entry->method ? run_method(bench, entry, &left_out)
+                                 : run_image(bench, entry, &bench->images[image++]);
         if (done == CLI_GO_ON && cli_session_stopped())
             done = cli_error("compare", "cancelled");
         i += !left_out;
     }
+    if (done == CLI_GO_ON)
+        done = find_open(bench);
     return done == CLI_GO_ON ? draw_error_maps(bench) : done;
 }
 

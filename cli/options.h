@@ -64,7 +64,11 @@ struct cli_choice {
     pnb_solver_param *params; /* its own; they count before those of -p */
     size_t param_count;
     bool figures_only; /* shown in tables and plots, without pictures */
-    char label[128];   /* "planar", "planar:8", "planar:8:placement=border" */
+    /* Left out of scenes with more triangles (0: of none), or also of those with open meshes. */
+    size_t most_triangles;
+    bool closed_only;
+    const char *why;
+    char label[128]; /* "planar", "planar:8", "planar:8:placement=border" */
 };
 
 struct cli_options {

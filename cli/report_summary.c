@@ -10,10 +10,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* Below this two methods do not differ, since the truth has an error of its own. */
-#define ERROR_FLOOR 1e-4
-
-static const struct compare_entry *find_entry(const struct compare_scene *scene, const char *label)
+const struct compare_entry *report_find_entry(const struct compare_scene *scene, const char *label)
 {
     for (size_t i = 0; i < scene->entry_count; i++)
         if (strcmp(scene->entries[i].label, label) == 0)
@@ -21,7 +18,7 @@ static const struct compare_entry *find_entry(const struct compare_scene *scene,
     return NULL;
 }
 
-static bool measured(const struct compare_entry *entry)
+bool report_measured(const struct compare_entry *entry)
 {
     return entry->errors.pixels > 0 && isfinite(entry->milliseconds) && entry->milliseconds > 0;
 }
@@ -53,7 +50,7 @@ static void put_cheapest(FILE *page, const struct compare_scene *scene, double l
     const struct compare_entry *best = NULL;
     for (size_t i = 0; i < scene->entry_count; i++) {
         const struct compare_entry *entry = &scene->entries[i];
-        if (!measured(entry) || entry->errors.rmse > limit)
+        if (!report_measured(entry) || entry->errors.rmse > limit)
             continue;
         /* A method that draws half of the picture is no answer for the whole. */
         if (2 * entry->errors.pixels < scene->facing_pixels)
@@ -120,13 +117,13 @@ static const struct {
 
 static void put_cell(FILE *page, const struct compare_entry *entry)
 {
-    if (!entry || !measured(entry)) {
+    if (!entry || !report_measured(entry)) {
         fprintf(page, "<td>\xe2\x80\x93</td>");
         return;
     }
     const pnb_errors *e = &entry->errors;
     /* Shades by decades of the RMSE: none at 0.001, full at 0.3. */
-    double shade = fmin(fmax((log10(fmax(e->rmse, ERROR_FLOOR)) + 3) / 2.5, 0), 1);
+    double shade = fmin(fmax((log10(fmax(e->rmse, REPORT_ERROR_FLOOR)) + 3) / 2.5, 0), 1);
     fprintf(page,
             "<td data-rmse=\"%.4f\" data-ms=\"%.4g\" data-mean=\"%+.4f\" data-p99=\"%.4f\" "
             "data-leak=\"%.2f\" data-dark=\"%.2f\" style=\"--shade:%.0f%%\">%.4f</td>",
@@ -158,7 +155,7 @@ static void put_matrix(FILE *page, const struct compare_run *run,
         fprintf(page, "</a> <small>%s</small></td>", run->scenes[s].light_type);
         for (size_t i = 0; i < count; i++)
             if (!entries[i]->figures_only)
-                put_cell(page, find_entry(&run->scenes[s], entries[i]->label));
+                put_cell(page, report_find_entry(&run->scenes[s], entries[i]->label));
         fprintf(page, "</tr>\n");
     }
     fprintf(page, "</tbody>\n</table></div>\n");
@@ -175,8 +172,9 @@ static const char *find_yardstick(const struct compare_run *run,
     for (size_t i = 0; i < count; i++) {
         bool everywhere = true;
         for (size_t s = 0; s < run->scene_count && everywhere; s++) {
-            const struct compare_entry *entry = find_entry(&run->scenes[s], entries[i]->label);
-            everywhere = entry && measured(entry) && entry->errors.rmse > 0;
+            const struct compare_entry *entry =
+                report_find_entry(&run->scenes[s], entries[i]->label);
+            everywhere = entry && report_measured(entry) && entry->errors.rmse > 0;
         }
         double away = strcmp(entries[i]->name, "reference") == 0
                           ? fabs(log2(entries[i]->samples / 64.0))
@@ -200,12 +198,13 @@ static void put_overall(FILE *page, const struct compare_run *run,
         double time = 0, error = 0;
         size_t scenes = 0;
         for (size_t s = 0; s < run->scene_count; s++) {
-            const struct compare_entry *entry = find_entry(&run->scenes[s], entries[i]->label);
-            const struct compare_entry *unit = find_entry(&run->scenes[s], yardstick);
-            if (!entry || !measured(entry))
+            const struct compare_entry *entry =
+                report_find_entry(&run->scenes[s], entries[i]->label);
+            const struct compare_entry *unit = report_find_entry(&run->scenes[s], yardstick);
+            if (!entry || !report_measured(entry))
                 continue;
             time += log(entry->milliseconds / unit->milliseconds);
-            error += log(fmax(entry->errors.rmse, ERROR_FLOOR) / unit->errors.rmse);
+            error += log(fmax(entry->errors.rmse, REPORT_ERROR_FLOOR) / unit->errors.rmse);
             scenes++;
         }
         if (!scenes)
@@ -255,6 +254,7 @@ void report_html_summary(FILE *page, const struct compare_run *run)
     if (!entries)
         return;
     fprintf(page, "<section id=\"summary\">\n<h2>Which method?</h2>\n");
+    report_html_kinds(page, run, entries, count);
     put_overall(page, run, entries, count);
     put_advice(page, run);
     put_matrix(page, run, entries, count);

@@ -175,7 +175,7 @@ def fill(build):
 
 def reduce_report(path):
     report = json.loads(read(path))
-    scenes = []
+    scenes, gone = [], {}
     for scene in report["scenes"]:
         rows = {}
         ray = scene["truth"]["milliseconds"] / scene["truth"]["samples"]
@@ -188,18 +188,22 @@ def reduce_report(path):
                                 "leak": round(m["umbra_leak"], 5),
                                 "dark": round(m["lit_darkening"], 5),
                                 "truth": scene["truth"]["samples"]}
+        gone[scene["scene"].removeprefix("builtin:")] = {
+            note.split(" is left out")[0] for note in scene["notes"] if " is left out" in note}
         scenes.append({"scene": scene["scene"].removeprefix("builtin:"),
                        "light": scene["light_type"], "triangles": scene["triangles"],
                        "methods": rows})
     first = report["scenes"][0]
     devices = sorted({m["device"] for s in report["scenes"] for m in s["methods"]
                       if m.get("device")} - {report["processor"]})
-    # Methods that this report lacks keep what was measured before.
+    # Methods that this report lacks keep what was measured before, but for those that it left out.
     if os.path.exists(MEASURED):
         before = json.loads(read(MEASURED))
         old = {s["scene"]: s["methods"] for s in before["scenes"]}
         for scene in scenes:
-            scene["methods"] = {**old.get(scene["scene"], {}), **scene["methods"]}
+            kept = {label: row for label, row in old.get(scene["scene"], {}).items()
+                    if label not in gone[scene["scene"]]}
+            scene["methods"] = {**kept, **scene["methods"]}
         scenes = [next((n for n in scenes if n["scene"] == s["scene"]), s)
                   for s in before["scenes"]] + [s for s in scenes if s["scene"] not in old]
     measured = {"date": report["date"], "processor": report["processor"], "devices": devices,

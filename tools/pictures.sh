@@ -10,12 +10,13 @@ picture() { # scene options...
     scene=$1
     shift
     echo "docs/pictures/$scene.png"
-    "$penumbra" render "builtin:$scene" -m reference -o "docs/pictures/$scene.png" "$@"
+    "$penumbra" render "builtin:$scene" -o "docs/pictures/$scene.png" "$@"
 }
-picture jack-in-the-box -s 960x540 -n 1024
-picture spheres-9x9 -s 480x360 -n 1024
-picture fence -s 480x360 -n 1024
-picture room -s 480x360 -n 1024
+# By the default method, exact; twice as large as they are shown.
+picture room -s 1920x1080
+picture spheres-9x9 -s 960x720
+picture fence -s 960x720
+picture jack-in-the-box -s 960x720
 
 mkdir -p docs/pictures/scenes
 for scene in $("$penumbra" scenes --json | sed -n 's/.*"name": *"\([^"]*\)".*/\1/p'); do

@@ -21,7 +21,8 @@
 
 #include <penumbra/opengl.h>
 
-#define CORNERS_MAX 64 /* of a light in the resolve shader */
+#define CORNERS_MAX   64 /* of a light in the resolve shader */
+#define LONG_FRAME_MS 2000.0
 
 struct opengl_solver {
     struct opengl_state state;
@@ -306,8 +307,10 @@ static pnb_status draw_and_read(pnb_solver *solver, const struct light_shape *sh
         return status;
     gl_device_finish(device);
     double uploaded = clock_ms(), begun = uploaded, drawn = uploaded, processor;
+    bool slow;
     /* Drivers finish compiling at the first draw of a program: the solver's first frame is drawn
-     * twice, and the first time counts as preparation. */
+     * twice, and the first time counts as preparation; unless it takes so long that compiling is a
+     * small share of it. */
     do {
         begun = drawn;
         processor = processor_ms();
@@ -319,7 +322,8 @@ static pnb_status draw_and_read(pnb_solver *solver, const struct light_shape *sh
         gl_device_finish(device);
         drawn = clock_ms();
         processor = processor_ms() - processor;
-    } while (!gl->warm && (gl->warm = true));
+        slow = drawn - begun > LONG_FRAME_MS;
+    } while (!gl->warm && (gl->warm = true) && !slow);
     solver->report.prepare_ms += begun - uploaded;
     float *rows = memory_alloc(solver->context, receivers->count, sizeof(*rows));
     if (!rows)
