@@ -463,6 +463,23 @@ static void updated_is_created(void **state)
         object.world_from_mesh[3] += 0.3;
         assert_int_equal(pnb_scene_set_placement(scene, (size_t)i, object.world_from_mesh), PNB_OK);
         check_updated(i % 2 ? one : two, &cameras[i % 3], 33, 21);
+        check_updated(i % 2 ? two : one, &cameras[i % 3], 20, 30);
+        if (i > 1)
+            check_updated(one, &cameras[i % 3], 20, 30); /* at rest again */
+    }
+    /* Turned far, step by step, one after the other: the boxes follow. */
+    for (int i = 0; i < 24; i++) {
+        size_t index = (size_t)i % pnb_scene_object_count(scene);
+        pnb_object object;
+        pnb_scene_object(scene, index, &object);
+        double turned[12], c = cos(0.5), s = sin(0.5), *m = object.world_from_mesh;
+        for (int k = 0; k < 4; k++) {
+            turned[k] = c * m[k] + s * m[8 + k];
+            turned[4 + k] = m[4 + k];
+            turned[8 + k] = c * m[8 + k] - s * m[k];
+        }
+        assert_int_equal(pnb_scene_set_placement(scene, index, turned), PNB_OK);
+        check_updated(i % 3 ? one : two, &cameras[0], 48, 36);
     }
     pnb_mesh_desc mesh;
     pnb_scene_mesh(scene, 0, &mesh);

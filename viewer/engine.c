@@ -143,7 +143,7 @@ bool view_engine_open(struct view_engine *engine, const char *path, char **light
     drop_scene(engine);
     engine->scene = scene;
     engine->scene_id = id;
-    engine->geometry = 0;
+    engine->geometry = engine->settled = 0;
     read_materials(engine);
     engine_reset_pacing(engine);
     *out_scene = view_scene_describe(scene, path, id);
@@ -282,7 +282,8 @@ static bool redo_sides(struct view_engine *engine, const struct view_frame *fram
         g_strlcpy(engine->error, "memory: none left for a picture", sizeof(engine->error));
         return false;
     }
-    pnb_status status = engine_need_surface(engine, &engine->full, frame->width, frame->height);
+    pnb_status status =
+        engine_need_surface(engine, &engine->full, frame->width, frame->height, true);
     pnb_receivers receivers;
     for (int s = 0; s < VIEW_SIDES && status == PNB_OK; s++) {
         if (!frame->window[s])

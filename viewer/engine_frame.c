@@ -186,7 +186,7 @@ pnb_status engine_make_frame(struct view_engine *engine, int level, bool full,
     /* At rest one is wanted for what the pointer meets, and for the truth. */
     bool needed = !all_window || rest;
     engine->times.primary = 0;
-    pnb_status status = needed ? engine_need_surface(engine, surface, width, height) : PNB_OK;
+    pnb_status status = needed ? engine_need_surface(engine, surface, width, height, rest) : PNB_OK;
     if (status != PNB_OK)
         return status;
     pnb_receivers receivers;

@@ -45,6 +45,7 @@ struct view_engine {
 
     pnb_scene *scene;
     uint64_t scene_id, geometry; /* geometry: counts the times that an object moved */
+    uint64_t settled;            /* the count when surfaces were last made as `render` makes them */
     struct view_material *materials;
     size_t object_count;
 
@@ -89,8 +90,9 @@ void engine_drop_emitters(struct view_engine *engine);
 double engine_milliseconds_since(int64_t started);
 /* Visibility of all lights and sides. */
 bool engine_make_room(struct view_engine *engine, size_t pixels);
+/* exact: to the bit as `render` has it, which one that follows movements need not be. */
 pnb_status engine_need_surface(struct view_engine *engine, struct surface *slot, int width,
-                               int height);
+                               int height, bool exact);
 /* The side's solver is there and knows where the objects are. */
 pnb_status engine_need_solver(struct view_engine *engine, struct solver *solver,
                               const struct view_method *method);

@@ -34,21 +34,30 @@ bool engine_make_room(struct view_engine *engine, size_t pixels)
 }
 
 pnb_status engine_need_surface(struct view_engine *engine, struct surface *slot, int width,
-                               int height)
+                               int height, bool exact)
 {
     const pnb_camera *camera = &engine->state.camera;
-    if (slot->surface && slot->geometry == engine->geometry && slot->width == width &&
-        slot->height == height && memcmp(&slot->camera, camera, sizeof(*camera)) == 0) {
+    bool shown = slot->surface && slot->geometry == engine->geometry && slot->width == width &&
+                 slot->height == height && memcmp(&slot->camera, camera, sizeof(*camera)) == 0;
+    bool settles = exact && engine->settled != engine->geometry;
+    if (shown && !settles) {
         engine->times.primary = 0;
         return PNB_OK;
     }
     int64_t started = g_get_monotonic_time();
     pnb_status status = PNB_OK;
-    if (!slot->surface)
+    if (!slot->surface) {
         status = pnb_surface_create(engine->context, engine->scene, camera, width, height,
                                     &slot->surface);
-    else
-        status = pnb_surface_update(slot->surface, camera, width, height);
+    } else {
+        /* One to be where the objects are, and one that finds nothing moved. */
+        if (!shown)
+            status = pnb_surface_update(slot->surface, camera, width, height);
+        if (status == PNB_OK && settles)
+            status = pnb_surface_update(slot->surface, camera, width, height);
+    }
+    if (status == PNB_OK && exact)
+        engine->settled = engine->geometry;
     engine->times.primary = engine_milliseconds_since(started);
     if (status != PNB_OK) {
         slot->width = 0; /* it may show nothing */

@@ -49,9 +49,12 @@ PNB_API pnb_status pnb_surface_create(pnb_context *context, pnb_scene *scene,
 /* The same scene as it is now, from this camera and at this size: what create would give, to the
  * bit. The hierarchy is kept, some 100 bytes a triangle, by all surfaces of the scene together,
  * until the last that was updated is destroyed: the first update builds it, later ones cost
- * O(pixels), whatever the camera and the size, until an object or a vertex changes. Arrays are
- * reused: views taken before are void. Where camera, size or memory are refused the surface stays
- * as it was; cancelled, it shows nothing. */
+ * O(pixels), whatever the camera and the size, until an object or a vertex changes. Objects that
+ * move are followed, O(their vertices), by a hierarchy built for that at the first movement; where
+ * two triangles lie at the same distance on a ray it may name the other one than create would. An
+ * update that finds nothing moved since this surface's last builds it anew. Arrays are reused:
+ * views taken before are void. Where camera, size or memory are refused the surface stays as it
+ * was; cancelled, it shows nothing. */
 PNB_API pnb_status pnb_surface_update(pnb_surface *surface, const pnb_camera *camera, int width,
                                       int height);
 PNB_API void pnb_surface_destroy(pnb_surface *surface);

@@ -5,9 +5,10 @@
  * barycentrics where the ray is nearly in the plane), so that it lies on the plane to float
  * rounding at any distance from the eye.
  *
- * pnb_surface_update() keeps the hierarchy, one for all surfaces of the scene that were updated,
- * and builds it anew where objects or vertices have changed; pnb_surface_create() uses it if it is
- * there and keeps none.
+ * pnb_surface_update() keeps the hierarchy, one for all surfaces of the scene that were updated.
+ * Where objects have moved it becomes one that moves (trace.h) and follows them, until an update
+ * finds nothing moved since the surface's last; where vertices have changed it is built anew.
+ * pnb_surface_create() uses it if it is there and does not move, and keeps none.
  *
  * Memory: 44 bytes a pixel. Objects without triangles are skipped; a triangle of no area is never
  * hit.
@@ -29,7 +30,8 @@ struct pnb_surface {
     float *positions, *normals, *shading_normals, *depth;
     uint32_t *objects;
     double primary_ms;
-    struct trace *trace; /* kept by updates; NULL: none yet */
+    struct trace *trace;      /* kept by updates; NULL: none yet */
+    unsigned long placements; /* the scene's version when it was made or updated */
 };
 
 struct primary {
@@ -229,6 +231,7 @@ pnb_status pnb_surface_create(pnb_context *context, pnb_scene *scene, const pnb_
         return status_no_memory(context, sizeof(*s));
     s->context = context;
     s->scene = scene;
+    s->placements = scene->placement_version;
     s->camera = camera ? *camera : scene->camera;
     s->width = width;
     s->height = height;
@@ -258,6 +261,21 @@ static void clear_surface(struct pnb_surface *s)
         store_none(s, i);
 }
 
+/* The hierarchy of the scene as it is now. */
+static pnb_status follow_scene(struct pnb_surface *s)
+{
+    unsigned long now = s->scene->placement_version;
+    struct trace *old = s->trace;
+    bool moved = s->placements != now;
+    s->placements = now;
+    if (old && trace_current(old) && (moved || !trace_moves(old)))
+        return PNB_OK;
+    s->trace = NULL;
+    pnb_status status = trace_share(s->scene, moved, old, &s->trace);
+    trace_release(old);
+    return status;
+}
+
 pnb_status pnb_surface_update(pnb_surface *s, const pnb_camera *camera, int width, int height)
 {
     pnb_status status = check_size(s->context, width, height);
@@ -272,11 +290,7 @@ pnb_status pnb_surface_update(pnb_surface *s, const pnb_camera *camera, int widt
     status = prepare(&wanted, &job);
     if (status != PNB_OK)
         return status;
-    if (!s->trace || !trace_current(s->trace)) {
-        trace_release(s->trace);
-        s->trace = NULL;
-        status = trace_share(s->scene, &s->trace);
-    }
+    status = follow_scene(s);
     if (status == PNB_OK)
         status = make_room(s, (size_t)width * (size_t)height);
     if (status != PNB_OK)

@@ -5,6 +5,11 @@
  * object's index, so a hit names the object without a search. Embree builds one tree over all of
  * them. Robust mode: no ray slips between two triangles that share an edge.
  *
+ * One that moves (trace_share()) has a tree per object and one over those: what moves is written
+ * anew and its tree's boxes are fitted again, O(vertices that moved). The triangles and the test
+ * are the same, so a ray meets the same distance; where two triangles lie there it may name the
+ * other one.
+ *
  * Memory: 12 bytes a vertex and 12 a triangle, and the tree, some 100 bytes a triangle while it is
  * built. Triangles of no area are legal and never hit.
  */
@@ -34,7 +39,8 @@ struct trace {
     size_t mesh_count;
     pnb_scene *of; /* what it was built from, and the versions of that */
     unsigned long geometry_version, placement_version;
-    int keepers; /* of a shared one */
+    int keepers;              /* of a shared one */
+    double (*placements)[12]; /* one that moves: where each object is; else NULL */
 };
 
 static pnb_status embree_fail(pnb_context *context, RTCDevice device)
@@ -61,6 +67,13 @@ static pnb_status embree_refusal(pnb_context *context, RTCDevice device)
     return status;
 }
 
+static void write_positions(const struct mesh *mesh, const double world_from_mesh[12],
+                            float *positions)
+{
+    for (size_t i = 0; i < mesh->vertex_count; i++)
+        v3_storef(positions + 3 * i, m34_point(world_from_mesh, v3_loadf(mesh->positions + 3 * i)));
+}
+
 static pnb_status add_object(struct trace *trace, const pnb_scene *scene, size_t index)
 {
     const pnb_object *object = &scene->objects[index].info;
@@ -81,9 +94,11 @@ static pnb_status add_object(struct trace *trace, const pnb_scene *scene, size_t
             rtcReleaseGeometry(geometry);
         return embree_refusal(trace->context, trace->device);
     }
-    for (size_t i = 0; i < mesh->vertex_count; i++)
-        v3_storef(positions + 3 * i,
-                  m34_point(object->world_from_mesh, v3_loadf(mesh->positions + 3 * i)));
+    write_positions(mesh, object->world_from_mesh, positions);
+    if (trace->placements) {
+        memcpy(trace->placements[index], object->world_from_mesh, sizeof(*trace->placements));
+        rtcSetGeometryBuildQuality(geometry, RTC_BUILD_QUALITY_REFIT);
+    }
     memcpy(indices, mesh->indices, mesh->triangle_count * 3 * sizeof(uint32_t));
     rtcCommitGeometry(geometry);
     rtcAttachGeometryByID(trace->scene, geometry, (unsigned)index);
@@ -92,7 +107,7 @@ static pnb_status add_object(struct trace *trace, const pnb_scene *scene, size_t
     return PNB_OK;
 }
 
-pnb_status trace_create(pnb_scene *scene, bool casters_only, struct trace **out_trace)
+static pnb_status create(pnb_scene *scene, bool casters_only, bool moves, struct trace **out_trace)
 {
     pnb_context *context = scene->context;
     *out_trace = NULL;
@@ -105,8 +120,10 @@ pnb_status trace_create(pnb_scene *scene, bool casters_only, struct trace **out_
     trace->geometry_version = scene->geometry_version;
     trace->placement_version = scene->placement_version;
     trace->meshes = memory_calloc(context, scene->object_count, sizeof(*trace->meshes));
+    if (moves)
+        trace->placements = memory_calloc(context, scene->object_count, sizeof(*trace->placements));
     pnb_status status = PNB_OK;
-    if (!trace->meshes)
+    if (!trace->meshes || (moves && !trace->placements))
         status = status_no_memory(context, scene->object_count * sizeof(*trace->meshes));
     if (status == PNB_OK) {
         char config[64];
@@ -121,8 +138,11 @@ pnb_status trace_create(pnb_scene *scene, bool casters_only, struct trace **out_
             status = embree_refusal(context, trace->device);
     }
     if (status == PNB_OK) {
-        rtcSetSceneFlags(trace->scene, RTC_SCENE_FLAG_ROBUST);
-        rtcSetSceneBuildQuality(trace->scene, RTC_BUILD_QUALITY_MEDIUM);
+        rtcSetSceneFlags(trace->scene, moves ? RTC_SCENE_FLAG_ROBUST | RTC_SCENE_FLAG_DYNAMIC
+                                             : RTC_SCENE_FLAG_ROBUST);
+        /* Embree has trees per object for "low" alone; their own quality says how they are made. */
+        rtcSetSceneBuildQuality(trace->scene,
+                                moves ? RTC_BUILD_QUALITY_LOW : RTC_BUILD_QUALITY_MEDIUM);
         for (size_t i = 0; i < scene->object_count && status == PNB_OK; i++)
             if (!casters_only || scene->objects[i].info.casts)
                 status = add_object(trace, scene, i);
@@ -139,6 +159,11 @@ pnb_status trace_create(pnb_scene *scene, bool casters_only, struct trace **out_
     return PNB_OK;
 }
 
+pnb_status trace_create(pnb_scene *scene, bool casters_only, struct trace **out_trace)
+{
+    return create(scene, casters_only, false, out_trace);
+}
+
 void trace_destroy(struct trace *trace)
 {
     if (!trace)
@@ -148,6 +173,7 @@ void trace_destroy(struct trace *trace)
     if (trace->device)
         rtcReleaseDevice(trace->device);
     memory_free(trace->context, trace->meshes);
+    memory_free(trace->context, trace->placements);
     memory_free(trace->context, trace);
 }
 
@@ -157,22 +183,59 @@ bool trace_current(const struct trace *trace)
            trace->placement_version == trace->of->placement_version;
 }
 
+bool trace_moves(const struct trace *trace)
+{
+    return trace->placements != NULL;
+}
+
 struct trace *trace_shared(pnb_scene *scene)
 {
     struct trace *trace = scene->shared_trace;
-    return trace && trace_current(trace) ? trace : NULL;
+    return trace && !trace->placements && trace_current(trace) ? trace : NULL;
 }
 
-pnb_status trace_share(pnb_scene *scene, struct trace **out_trace)
+/* Its objects to where the scene has them. */
+static pnb_status move_objects(struct trace *trace)
 {
-    struct trace *trace = trace_shared(scene);
-    *out_trace = NULL;
-    if (!trace) {
-        pnb_status status = trace_create(scene, false, &trace);
-        if (status != PNB_OK)
-            return status;
-        scene->shared_trace = trace; /* a stale one stays its keepers' */
+    const pnb_scene *scene = trace->of;
+    for (size_t i = 0; i < trace->mesh_count; i++) {
+        const pnb_object *object = &scene->objects[i].info;
+        if (!trace->meshes[i].positions ||
+            memcmp(trace->placements[i], object->world_from_mesh, sizeof(*trace->placements)) == 0)
+            continue;
+        RTCGeometry geometry = rtcGetGeometry(trace->scene, (unsigned)i);
+        write_positions(&scene->meshes[object->mesh], object->world_from_mesh,
+                        (float *)rtcGetGeometryBufferData(geometry, RTC_BUFFER_TYPE_VERTEX, 0));
+        rtcUpdateGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0);
+        rtcCommitGeometry(geometry);
+        memcpy(trace->placements[i], object->world_from_mesh, sizeof(*trace->placements));
     }
+    rtcCommitScene(trace->scene);
+    trace->placement_version = scene->placement_version;
+    return embree_fail(trace->context, trace->device);
+}
+
+static bool fits(const struct trace *trace, bool moves)
+{
+    return trace && trace_moves(trace) == moves &&
+           trace->geometry_version == trace->of->geometry_version &&
+           (moves || trace_current(trace));
+}
+
+pnb_status trace_share(pnb_scene *scene, bool moves, struct trace *old, struct trace **out_trace)
+{
+    struct trace *trace = fits(old, moves) ? old : scene->shared_trace;
+    pnb_status status = PNB_OK;
+    *out_trace = NULL;
+    if (!fits(trace, moves)) {
+        status = create(scene, false, moves, &trace);
+        if (status == PNB_OK)
+            scene->shared_trace = trace; /* another one stays its keepers' */
+    } else if (!trace_current(trace)) {
+        status = move_objects(trace);
+    }
+    if (status != PNB_OK)
+        return status;
     trace->keepers++;
     *out_trace = trace;
     return PNB_OK;

@@ -12,13 +12,17 @@ struct trace;
 pnb_status trace_create(pnb_scene *scene, bool casters_only, struct trace **out_trace);
 void trace_destroy(struct trace *trace);
 
-/* The hierarchy over all objects, one for all who keep it: built where there is none or the scene
- * has changed since; given back by trace_release(), in the scene's lifetime. */
-pnb_status trace_share(pnb_scene *scene, struct trace **out_trace);
+/* The hierarchy over all objects, one for all who keep it: built where there is none of that kind
+ * or the scene has changed since; given back by trace_release(), in the scene's lifetime. moves:
+ * one whose objects follow placements at little cost, with all who keep it; old, if it is such a
+ * one, rather than another. */
+pnb_status trace_share(pnb_scene *scene, bool moves, struct trace *old, struct trace **out_trace);
 void trace_release(struct trace *trace); /* NULL is fine */
 /* Whether the scene still is as it was built for. */
 bool trace_current(const struct trace *trace);
-/* The shared one, if there is one and it is current, without keeping it; else NULL. */
+bool trace_moves(const struct trace *trace);
+/* The shared one, if there is one, it is current and does not move, without keeping it; else NULL.
+ */
 struct trace *trace_shared(pnb_scene *scene);
 
 /* Sixteen rays, one array per component. valid: -1 for rays to trace, 0 for others. */
