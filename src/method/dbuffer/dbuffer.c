@@ -29,6 +29,9 @@
 #include "gl/depth_map.h"
 #include "method/dbuffer/room.h"
 
+#define SIZE_MIN   16
+#define POINT_SIZE 1024 /* of a point light's map: what hard-map takes by itself */
+
 static void warn_of_open_meshes(pnb_solver *solver, const struct gl_occluders *o)
 {
     if (o->open_count + o->non_manifold_count > 0)
@@ -49,6 +52,9 @@ static pnb_status dbuffer_create(pnb_solver *solver, struct opengl_state *state)
         return status_no_memory(solver->context, sizeof(*b));
     b->device = state->device;
     b->size = solver_param_integer(solver, "size");
+    if (b->size > 0 && b->size < SIZE_MIN)
+        return status_fail(solver->context, PNB_ERROR_ARGUMENT, "size", "%d is not 0 and below %d",
+                           b->size, SIZE_MIN);
     b->layers = solver_param_integer(solver, "layers");
     b->bias = solver_param_number(solver, "bias");
     dbuffer_volumes_init(solver->context, &b->volumes);
@@ -134,7 +140,7 @@ static pnb_status draw_point(pnb_solver *solver, struct opengl_state *state, vec
     struct dbuffer *b = state->room;
     pnb_status status = PNB_OK;
     if (!b->point_map)
-        status = gl_depth_map_create(b->device, b->size, &b->point_map);
+        status = gl_depth_map_create(b->device, b->size ? b->size : POINT_SIZE, &b->point_map);
     if (status == PNB_OK)
         status = gl_depth_map_draw(b->point_map, state->occluders, at, normal);
     if (status != PNB_OK)
@@ -167,7 +173,7 @@ static void draw_pixels(struct dbuffer_pass *pass, const struct gl_frame *frame,
     *u++ = gl_int("map_face_count", b->map.face_count);
     *u++ = gl_floats("map_axes", GL_UNIFORM_VEC3, pass->axes, 3 * b->map.face_count);
     *u++ = gl_vec4("map_fit", b->map.shift[0], b->map.shift[1], b->map.reach[0], b->map.reach[1]);
-    *u++ = gl_float("map_size", b->size);
+    *u++ = gl_float("map_size", b->map.size);
     *u++ = gl_sampler("occluder_texture", b->textures[OCCLUDER][0]);
     *u++ = gl_sampler("umbra_texture", b->textures[UMBRA][0]);
     *u++ = gl_sampler("penumbra_texture", b->textures[PENUMBRA][0]);
@@ -207,7 +213,7 @@ static pnb_status draw_disk(pnb_solver *solver, struct opengl_state *state,
     if (status == PNB_OK)
         status = dbuffer_volumes_upload(solver, b);
     if (status == PNB_OK)
-        status = dbuffer_textures_reserve(b, b->map.face_count);
+        status = dbuffer_textures_reserve(b);
     if (status != PNB_OK)
         return status;
     double extent = v3_length(v3_sub(o->scene_high, o->scene_low)), farthest = 0;
@@ -238,6 +244,7 @@ static pnb_status draw_disk(pnb_solver *solver, struct opengl_state *state,
     solver_count(solver, "penumbra_pieces", (double)(v->quads[1].count + v->fans[1].count));
     solver_count(solver, "silhouette_faces", (double)v->face_count);
     solver_count(solver, "buffer_faces", b->map.face_count);
+    solver_count(solver, "buffer_size", b->map.size);
     solver_count(solver, "volumes_ms", built - started);
     if (v->skipped_edges > 0)
         solver_warn(solver, "the lines of some silhouette edges meet the light: they are left out");
@@ -269,15 +276,16 @@ static pnb_status dbuffer_draw(pnb_solver *solver, struct opengl_state *state,
 }
 
 static const pnb_param_info params[] = {
-    {"size", PNB_PARAM_INTEGER, "512", 16, 8192, NULL,
-     "a face of the D-buffer has size x size texels"},
+    {"size", PNB_PARAM_INTEGER, "0", 0, 8192, NULL,
+     "a face of the D-buffer has size x size texels, from 16 on; 0: 512, or 1024 for small lights"},
     {"layers", PNB_PARAM_INTEGER, "2", 1, 2, NULL,
      "intersections with the light that a texel holds: 1 as in the paper, 2 as in its outlook"},
     {"v", PNB_PARAM_CHOICE, "disk", 0, 0, "paper|disk|sqrt",
      "V(t): 3t^2 - 2t^3, the disk's own, or sqrt(t) for small occluders"},
     {"filter", PNB_PARAM_CHOICE, "linear", 0, 0, "nearest|linear",
      "one texel for a pixel, or the four around it"},
-    {"bias", PNB_PARAM_NUMBER, "1", 0, 1000, NULL, "of the occluder's distance, in texels"},
+    {"bias", PNB_PARAM_NUMBER, "1", 0, 1000, NULL,
+     "texels of slack between a receiver and what hides it"},
 };
 
 static const struct opengl_method opengl = {.create = dbuffer_create,

@@ -85,21 +85,22 @@ void dbuffer_textures_destroy(struct dbuffer *b)
     b->face_count = 0;
 }
 
-pnb_status dbuffer_textures_reserve(struct dbuffer *b, int faces)
+pnb_status dbuffer_textures_reserve(struct dbuffer *b)
 {
-    if (faces <= b->face_count)
+    int faces = b->map.face_count, size = b->map.size;
+    if (faces <= b->face_count && (faces == 0 || size == b->texture_size))
         return PNB_OK;
     dbuffer_textures_destroy(b);
-    struct gl_texture_desc depth = {
-        .format = GL_FORMAT_DEPTH32F, .width = b->size, .height = b->size};
+    struct gl_texture_desc depth = {.format = GL_FORMAT_DEPTH32F, .width = size, .height = size};
     pnb_status status = gl_texture_create(b->device, &depth, &b->depth);
     for (int kind = 0; kind < KINDS; kind++)
         for (int layer = 0; layer < b->layers && status == PNB_OK; layer++) {
             struct gl_texture_desc desc = {.kind = GL_TEXTURE_LAYERS,
-                                           .format = kind == OCCLUDER ? GL_FORMAT_R32F
-                                                                      : GL_FORMAT_RGBA32F,
-                                           .width = b->size,
-                                           .height = b->size,
+                                           .format = kind != OCCLUDER ? GL_FORMAT_RGBA32F
+                                                     : layer == 0     ? GL_FORMAT_RG32F
+                                                                      : GL_FORMAT_R32F,
+                                           .width = size,
+                                           .height = size,
                                            .layers = faces};
             status = gl_texture_create(b->device, &desc, &b->textures[kind][layer]);
             for (int i = 0; i < faces && status == PNB_OK; i++) {
@@ -108,6 +109,7 @@ pnb_status dbuffer_textures_reserve(struct dbuffer *b, int faces)
                 status = gl_target_create(b->device, &target, &b->targets[kind][layer][i]);
             }
         }
+    b->texture_size = size;
     if (status == PNB_OK)
         b->face_count = faces;
     else
@@ -146,6 +148,9 @@ static void draw_occluders(struct dbuffer_pass *pass, int layer)
     *u++ = gl_mat4("clip_from_relative", matrix);
     *u++ = gl_float("per_far", pass->per_far);
     *u++ = gl_float("gap", pass->gap);
+    *u++ = gl_vec3("axis_u", &pass->disk->u.x);
+    *u++ = gl_vec3("axis_v", &pass->disk->v.x);
+    *u++ = gl_vec3("axis_n", &pass->disk->normal.x);
     if (layer == 1) {
         *u++ = gl_sampler("first_texture", b->textures[OCCLUDER][0]);
         *u++ = gl_int("face", pass->face);
@@ -225,7 +230,7 @@ static void draw_volume(struct dbuffer_pass *pass, int kind, int layer)
     *u++ = gl_int("face", pass->face);
     *u++ = gl_floats("map_axes", GL_UNIFORM_VEC3, pass->axes, 3 * b->map.face_count);
     *u++ = gl_vec4("map_fit", b->map.shift[0], b->map.shift[1], b->map.reach[0], b->map.reach[1]);
-    *u++ = gl_float("map_size", b->size);
+    *u++ = gl_float("map_size", b->map.size);
     *u++ = gl_sampler("occluder_texture", b->textures[OCCLUDER][0]);
     if (b->layers == 2)
         *u++ = gl_sampler("behind_texture", b->textures[OCCLUDER][1]);

@@ -16,10 +16,25 @@ uniform highp sampler2DArray behind_texture, umbra2_texture, penumbra2_texture;
 
 out float visibility;
 
-bool is_hidden(ivec3 texel, float d, float slack, bool backfacing)
+// The receiver of the pixel: its place in light space, how much farther than an occluder it is hidden
+// for sure, and how deep below an occluder's plane it counts as behind it.
+struct Pixel {
+    vec3 x;
+    float slack, gap;
+    bool backfacing;
+};
+
+// Within the slack an occluder may be the receiver itself or its neighbour across an edge: of a
+// concave one, the pixel is not behind the neighbour's plane; of a convex one, the neighbour is not
+// before the pixel's.
+bool is_hidden(ivec3 texel, float d, Pixel pixel)
 {
-    float occluder = texelFetch(occluder_texture, texel, 0).r;
-    return backfacing || (occluder > 0.0 && d > occluder + slack);
+    vec2 occluder = texelFetch(occluder_texture, texel, 0).rg;
+    if (pixel.backfacing || occluder.r == 0.0)
+        return pixel.backfacing;
+    vec3 off = pixel.x - occluder.r * map_ray(texel.z, vec2(texel.xy));
+    return d > occluder.r + pixel.slack ||
+           (d > occluder.r && dot(unpack_normal(occluder.g), off) < -pixel.gap);
 }
 
 // Where a texel's ray meets the plane of a receiver at d: under = n . x.
@@ -29,18 +44,18 @@ float own_distance(vec3 n, vec2 tap, int face, float under, float d)
     return along * under > 0.0 ? clamp(under / along, 0.7 * d, 1.4 * d) : d;
 }
 
-float visibility_at(ivec3 texel, vec3 x, float d, float slack, bool backfacing)
+float visibility_at(ivec3 texel, vec3 x, float d, Pixel pixel)
 {
-    if (is_hidden(texel, d, slack, backfacing)) {
+    if (is_hidden(texel, d, pixel)) {
         // The centre is hidden: what is seen past the occluder's edges.
         Cut first = cut_at(texelFetch(umbra_texture, texel, 0), x, d, -1.0);
 #ifdef LAYERS2
         float behind = texelFetch(behind_texture, texel, 0).r;
-        if (behind > 0.0 && d <= behind + slack)
+        if (behind > 0.0 && d <= behind + pixel.slack)
             return first.area;
         Cut second = cut_at(texelFetch(umbra2_texture, texel, 0), x, d, -1.0);
         // Two occluders: what both let through. One: all that it lets through.
-        return behind > 0.0 ? cuts_overlap(first, second) : cuts_union(first, second);
+        return behind > 0.0 ? cuts_overlap(first, second) : cuts_open(first, second);
 #else
         return first.area;
 #endif
@@ -75,10 +90,9 @@ void main()
     if (face < 0)
         return;
     float d = length(x), under = dot(n, x);
-    bool backfacing = under >= 0.0;
     float texel = 2.0 * max(map_fit.z, map_fit.w) / map_size;
-    float facing = max(abs(under) / d, 0.1);
-    float slack = bias * texel * d / facing;
+    float facing = max(abs(under) / d, 0.02);
+    Pixel pixel = Pixel(x, 2.0 * bias * texel * d / facing, 0.6 * texel * d, under >= 0.0);
 #ifdef LINEAR
     const int taps = 4;
     vec2 low = floor(at - 0.5), part = at - 0.5 - low;
@@ -92,7 +106,7 @@ void main()
         vec2 tap = clamp(low + vec2(k & 1, k >> 1), vec2(0.0), vec2(map_size - 1.0));
         ivec3 texel_k = ivec3(tap, face);
         float own = own_distance(n, tap, face, under, d);
-        bool hidden = is_hidden(texel_k, own, slack, backfacing);
+        bool hidden = is_hidden(texel_k, own, pixel);
         float umbra = texelFetch(umbra_texture, texel_k, 0).x;
         float penumbra = texelFetch(penumbra_texture, texel_k, 0).x;
         lit = lit && !hidden && (penumbra == 0.0 || own <= penumbra);
@@ -106,8 +120,7 @@ void main()
         vec2 place = vec2(k & 1, k >> 1), weight = mix(1.0 - part, part, place);
         vec2 tap = clamp(low + place, vec2(0.0), vec2(map_size - 1.0));
         float own = own_distance(n, tap, face, under, d);
-        sum += weight.x * weight.y * visibility_at(ivec3(tap, face), own * map_ray(face, tap), own, slack,
-                                                    backfacing);
+        sum += weight.x * weight.y * visibility_at(ivec3(tap, face), own * map_ray(face, tap), own, pixel);
     }
     visibility = clamp(sum, 0.0, 1.0);
 }

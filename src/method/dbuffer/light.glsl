@@ -31,3 +31,25 @@ int map_find(vec3 d, out vec2 at)
     at = vec2(0.0);
     return -1;
 }
+
+// A unit vector as an integer below 2^24, which a float holds: the octahedron around it, unfolded
+// into a square of 4096^2 (1/2048 in each direction).
+float pack_normal(vec3 n)
+{
+    n /= abs(n.x) + abs(n.y) + abs(n.z);
+    vec2 at = n.xy;
+    if (n.z < 0.0)
+        at = (1.0 - abs(n.yx)) * vec2(n.x < 0.0 ? -1.0 : 1.0, n.y < 0.0 ? -1.0 : 1.0);
+    vec2 whole = floor((0.5 + 0.5 * at) * 4095.0 + 0.5);
+    return whole.x + 4096.0 * whole.y;
+}
+
+vec3 unpack_normal(float number)
+{
+    float high = floor(number / 4096.0);
+    vec2 at = vec2(number - 4096.0 * high, high) * (2.0 / 4095.0) - 1.0;
+    vec3 n = vec3(at, 1.0 - abs(at.x) - abs(at.y));
+    if (n.z < 0.0)
+        n.xy = (1.0 - abs(n.yx)) * vec2(n.x < 0.0 ? -1.0 : 1.0, n.y < 0.0 ? -1.0 : 1.0);
+    return normalize(n);
+}

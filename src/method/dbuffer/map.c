@@ -12,6 +12,11 @@
 #define FIT_COSINE 0.342 /* 70 degrees */
 /* Boxes that come nearer to the light's plane than this share of the scene's depth are too near. */
 #define NEAR_SHARE 0.02
+/* Of a face's side, where nobody says: the more where the light's radius, seen from the middle of
+ * the occluders, would span fewer texels than this. */
+#define SIZE_LEAST   512
+#define SIZE_MOST    1024
+#define RADIUS_SPANS 32
 /* Ways to turn a face that are tried. */
 #define TURNS 8
 
@@ -134,6 +139,12 @@ static bool fit(const struct gl_occluders *o, const struct silhouette_disk *disk
         }
     }
     map->face_count = 1;
+    double widest = 0.5 * fmax(bounds.most[0] - bounds.least[0], bounds.most[1] - bounds.least[1]);
+    double away = 0.5 * v3_length(v3_add(low, high));
+    if (size == 0)
+        size =
+            disk->radius / away * SIZE_LEAST < RADIUS_SPANS * 2 * widest ? SIZE_MOST : SIZE_LEAST;
+    map->size = size;
     for (int c = 0; c < 2; c++) {
         /* A texel's room on each side, and never nothing: an occluder may be seen edge-on. */
         double reach = 0.5 * (bounds.most[c] - bounds.least[c]);
@@ -150,6 +161,7 @@ void dbuffer_map_fit(const struct gl_occluders *o, const struct silhouette_disk 
     for (size_t i = 0; i < o->object_count; i++)
         any = any || dbuffer_casts(&o->objects[i], disk);
     map->face_count = 0;
+    map->size = size ? size : SIZE_LEAST;
     if (!any || fit(o, disk, far_z, size, map))
         return;
     static const vec3 faces[DBUFFER_FACES] = {

@@ -14,12 +14,13 @@ struct dbuffer_map {
     int face_count; /* 0: nothing casts */
     vec3 axes[DBUFFER_FACES][3];
     double shift[2], reach[2];
+    int size; /* texels of a face's side */
 };
 
 /* One face fitted around all directions in which a penumbra can lie, where these stay within a
  * cone; else five faces of a cube, the one that looks along the normal first, less those that no
  * penumbra meets. far_z: the farthest receiver's height over the light's plane, 0: unknown; size:
- * texels of a face's side. */
+ * texels of a face's side, 0: 512, or 1024 where so few would make little of the light's radius. */
 void dbuffer_map_fit(const struct gl_occluders *occluders, const struct silhouette_disk *disk,
                      double far_z, int size, struct dbuffer_map *map);
 

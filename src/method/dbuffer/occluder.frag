@@ -1,16 +1,21 @@
-// |c x_o|, a true distance; with SECOND, that of the next entry into an occluder behind the first.
+// |c x_o|, a true distance, and the plane that it belongs to; with SECOND, the distance of the next
+// entry into an occluder behind the first.
+#include "method/dbuffer/light.glsl"
+
 in vec3 relative;
 uniform float per_far; // 1 / (a distance that nothing exceeds)
+uniform vec3 axis_u, axis_v, axis_n; // world: the light's frame
 uniform float gap;     // what is nearer to the light does not count
 #ifdef SECOND
 uniform highp sampler2DArray first_texture;
 uniform int face, closed;
 #endif
 
-out float distance_out;
+out vec2 distance_out; // and the plane's normal, in light space, towards c
 
 void main()
 {
+    vec3 n = cross(dFdx(relative), dFdy(relative));
     float d = length(relative);
     if (d < gap)
         discard;
@@ -20,6 +25,7 @@ void main()
     if (first == 0.0 || d <= first * 1.0005 || (closed != 0 && gl_FrontFacing))
         discard;
 #endif
-    distance_out = d;
+    n = vec3(dot(n, axis_u), dot(n, axis_v), dot(n, axis_n)) * (dot(n, relative) > 0.0 ? -1.0 : 1.0);
+    distance_out = vec2(d, n == vec3(0.0) ? pack_normal(vec3(0.0, 0.0, -1.0)) : pack_normal(normalize(n)));
     gl_FragDepth = d * per_far;
 }

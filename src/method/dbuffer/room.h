@@ -14,7 +14,7 @@ enum { OCCLUDER, UMBRA, PENUMBRA, KINDS };
 
 struct dbuffer {
     struct gl_device *device;
-    int size, layers;
+    int size, layers; /* size as asked for; 0: map.size says */
     double bias;
     struct dbuffer_volumes volumes;
     struct dbuffer_map map;
@@ -27,7 +27,7 @@ struct dbuffer {
     struct gl_program *draw_fan[KINDS][2], *draw_face[2], *evaluate, *point;
     struct gl_texture *textures[KINDS][2], *depth; /* LAYERS; as many as faces */
     struct gl_target *targets[KINDS][2][DBUFFER_FACES];
-    int face_count; /* that the textures have */
+    int face_count, texture_size; /* that the textures have */
     struct gl_depth_map *point_map;
 };
 
@@ -43,8 +43,8 @@ struct dbuffer_pass {
 
 /* draw.c */
 pnb_status dbuffer_programs_create(pnb_solver *solver, struct dbuffer *b);
-/* As many faces, or more; the same while that fits. */
-pnb_status dbuffer_textures_reserve(struct dbuffer *b, int faces);
+/* The map's size, as many faces, or more; the same while that fits. */
+pnb_status dbuffer_textures_reserve(struct dbuffer *b);
 void dbuffer_textures_destroy(struct dbuffer *b);
 pnb_status dbuffer_volumes_upload(pnb_solver *solver, struct dbuffer *b);
 /* All faces, all layers. */

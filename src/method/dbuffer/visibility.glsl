@@ -51,6 +51,7 @@ float beyond_both(float h1, float h2, float alpha)
 uniform highp sampler2D lines; // 256 a row; v1, the line before; v2, the line after (volumes.h)
 uniform float radius;
 
+const float ALONG = 0.5;
 const vec3 NO_LINE = vec3(1.0, 0.0, -3.0);
 
 // The occluder's side of an edge's line on the unit disk, n.p >= h, as (n, h).
@@ -118,7 +119,7 @@ struct Cut {
 Cut cut_at(vec4 volume, vec3 x, float d, float side)
 {
     float q = volume.x, s = volume.y;
-    Cut cut = Cut(0.0, volume.z, 0.0, vec3(-1.0));
+    Cut cut = Cut(0.0, volume.z, 0.0, vec3(q > 0.0 ? volume.w : -1.0, -1.0, -1.0));
     if (!(q > 0.0 && d > q))
         return cut;
     // Eq. 3, re-derived.
@@ -184,4 +185,13 @@ float cuts_union(Cut a, Cut b)
 {
     bool same = b.of.x >= 0.0 && (b.of.x == a.of.x || b.of.x == a.of.y || b.of.x == a.of.z);
     return same ? max(a.area, b.area) : a.area + b.area - cuts_overlap(a, b);
+}
+
+// What two edges of one occluder let through: past opposite sides of it both; of two that run along
+// the same side, one behind the other, what both do.
+float cuts_open(Cut a, Cut b)
+{
+    bool along = b.of.x >= 0.0 && a.of.x != b.of.x && cos(a.angle - b.angle) > ALONG;
+    bool same = b.of.x >= 0.0 && (b.of.x == a.of.y || b.of.x == a.of.z);
+    return along && !same ? cuts_overlap(a, b) : cuts_union(a, b);
 }
