@@ -26,6 +26,7 @@ void main()
         discard;
 #endif
     n = vec3(dot(n, axis_u), dot(n, axis_v), dot(n, axis_n)) * (dot(n, relative) > 0.0 ? -1.0 : 1.0);
-    distance_out = vec2(d, n == vec3(0.0) ? pack_normal(vec3(0.0, 0.0, -1.0)) : pack_normal(normalize(n)));
+    float size = length(n);
+    distance_out = vec2(d, pack_normal(size > 0.0 ? n / size : vec3(0.0, 0.0, -1.0)));
     gl_FragDepth = d * per_far;
 }
