@@ -226,6 +226,7 @@ static int check_scenes(struct cli_session *session, const struct compare_run *r
         struct compare_scene scene = {.path = run->paths[i], .one_of_several = true};
         int result = compare_scene_check(session, &scene);
         entries += scene.entry_count;
+        run->triangles[i] = scene.triangle_count;
         compare_scene_finish(session->context, &scene);
         if (result != CLI_GO_ON)
             return result;
@@ -267,11 +268,13 @@ static bool moves(const struct compare_run *run, const struct compare_scene *sce
 static double plan_units(const struct compare_run *run, const struct wishes *wishes)
 {
     const struct cli_options *options = run->options;
-    double units = (double)run->path_count * compare_scene_units(options, wishes->truth_samples);
-    struct compare_motion motion = plan_motion(options, wishes, 0);
-    for (size_t i = 0; i < run->path_count && wishes->motion; i++)
-        if (moves(run, &(struct compare_scene){.path = run->paths[i]}))
+    double units = 0;
+    for (size_t i = 0; i < run->path_count; i++) {
+        struct compare_motion motion = plan_motion(options, wishes, run->triangles[i]);
+        units += compare_scene_units(options, wishes->truth_samples, run->triangles[i]);
+        if (wishes->motion && moves(run, &(struct compare_scene){.path = run->paths[i]}))
             units += compare_motion_units(&motion, pnb_method_count());
+    }
     if (wishes->curves)
         units += compare_curves_units();
     if (wishes->papers)
@@ -304,8 +307,9 @@ static int run_scenes(struct cli_session *session, struct compare_run *run, cons
     int result = CLI_GO_ON;
     for (size_t i = 0; i < run->path_count && result == CLI_GO_ON; i++) {
         struct compare_scene *scene = &run->scenes[run->scene_count++];
-        *scene =
-            (struct compare_scene){.path = run->paths[i], .one_of_several = run->path_count > 1};
+        *scene = (struct compare_scene){.path = run->paths[i],
+                                        .planned_triangles = run->triangles[i],
+                                        .one_of_several = run->path_count > 1};
         result = compare_scene_run(session, images, wishes->truth_samples, scene);
         if (result != CLI_GO_ON)
             break;
@@ -438,7 +442,8 @@ static bool list_paths(const struct cli_options *options, struct compare_run *ru
             run->path_count++;
         }
     }
-    return run->paths != NULL;
+    run->triangles = calloc(run->path_count + 1, sizeof(*run->triangles));
+    return run->paths && run->triangles;
 }
 
 #define MANY_TRIANGLES 100000
@@ -566,6 +571,7 @@ int command_compare(int argc, char **argv)
         for (size_t i = 0; i < run.path_count; i++)
             free(run.paths[i]);
         free(run.paths);
+        free(run.triangles);
         cli_session_finish(&session);
     }
     free(images);

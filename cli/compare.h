@@ -45,6 +45,7 @@ struct compare_scene {
     pnb_scene *given;                  /* measured instead of the file; path is then only a name */
     const struct cli_options *options; /* instead of the session's */
     bool one_of_several;               /* methods that cannot do it are left out */
+    size_t planned_triangles;          /* by which the bar's plan was made; 0: unknown then */
     int width, height;
     size_t light_index, light_count, triangle_count;
     const char *light_type;
@@ -69,7 +70,8 @@ struct compare_run {
     char processor[256];
     int threads;
     const struct cli_options *options;
-    char **paths; /* of the scenes */
+    char **paths;      /* of the scenes */
+    size_t *triangles; /* of each, for the bar; 0: not known yet */
     size_t path_count;
     struct compare_scene *scenes; /* done so far; without their pictures */
     size_t scene_count;
@@ -90,8 +92,8 @@ void compare_scene_finish(pnb_context *context, struct compare_scene *scene);
 /* Frees the pictures and errors per pixel; figures stay. */
 void compare_scene_drop_pictures(pnb_context *context, struct compare_scene *scene);
 
-/* What compare_scene_run() takes, in units of cli_session_plan(). */
-double compare_scene_units(const struct cli_options *options, int truth_samples);
+/* What compare_scene_run() takes, in units of cli_session_plan(). triangles: planned_triangles. */
+double compare_scene_units(const struct cli_options *options, int truth_samples, size_t triangles);
 /* The entry's method on the scene, with its samples and parameters. */
 pnb_status compare_entry_solver(pnb_context *context, pnb_scene *scene,
                                 const struct compare_entry *entry, pnb_solver **out_solver);

@@ -165,7 +165,7 @@ double compare_curves_units(void)
 {
     struct cli_options options = {.width = WIDTH, .height = HEIGHT};
     size_t points = COUNT(sphere_counts) + COUNT(light_scales) + COUNT(widths);
-    return (double)points * compare_scene_units(&options, TRUTH_SAMPLES);
+    return (double)points * compare_scene_units(&options, TRUTH_SAMPLES, 0);
 }
 
 int compare_curves_run(struct cli_session *session, struct compare_curves *curves)

@@ -311,7 +311,7 @@ static int run_outlines(struct cli_session *session, struct compare_papers *pape
 double compare_papers_units(void)
 {
     struct cli_options figure = {.width = FIGURE_WIDTH, .height = FIGURE_HEIGHT};
-    return (double)COUNT(figure_rows) * compare_scene_units(&figure, FIGURE_TRUTH) +
+    return (double)COUNT(figure_rows) * compare_scene_units(&figure, FIGURE_TRUTH, 0) +
            (double)(COUNT(table_rows) * COUNT(table_sizes) * COUNT(table_methods)) * 200;
 }
 

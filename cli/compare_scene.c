@@ -60,24 +60,39 @@ static int no_memory(void)
 
 /* ---- progress ---- */
 
-/* About milliseconds. A sample of a ray is some 8 ns; others take about as long as their
- * repetitions for the median. */
-static double entry_units(const struct cli_options *options, const char *name, int samples)
+/* About milliseconds of a slow machine. A sample of a ray is some 8 ns; others take about as long
+ * as their repetitions for the median, and grow with the scene, the wedges most. */
+static double entry_units(const struct cli_options *options, size_t triangles, const char *name,
+                          int samples)
 {
     double pixels = (double)options->width * options->height;
-    return strcmp(name, "reference") == 0 ? pixels * samples * 8e-6 : 150 + pixels * 1e-3;
+    double growth = 1 + (double)triangles / (strncmp(name, "wedge", 5) == 0 ? 2e3 : 5e4);
+    return strcmp(name, "reference") == 0 ? pixels * samples * 8e-6
+                                          : (150 + pixels * 1e-3) * growth;
 }
 
-double compare_scene_units(const struct cli_options *options, int truth_samples)
+/* Left out for the number of triangles. */
+static bool too_many(const struct cli_choice *choice, size_t triangles)
 {
-    double units = entry_units(options, "reference", truth_samples);
-    for (size_t i = 0; i < options->choice_count; i++) {
-        const struct cli_choice *choice = &options->choices[i];
-        units += entry_units(options, choice->method, choice->samples ? choice->samples : 1024);
-    }
+    return choice->most_triangles && triangles > choice->most_triangles;
+}
+
+static double choice_units(const struct cli_options *options, size_t triangles,
+                           const struct cli_choice *choice)
+{
+    return too_many(choice, triangles) ? 0
+                                       : entry_units(options, triangles, choice->method,
+                                                     choice->samples ? choice->samples : 1024);
+}
+
+double compare_scene_units(const struct cli_options *options, int truth_samples, size_t triangles)
+{
+    double units = entry_units(options, triangles, "reference", truth_samples);
+    for (size_t i = 0; i < options->choice_count; i++)
+        units += choice_units(options, triangles, &options->choices[i]);
     if (options->choice_count == 0)
-        units += entry_units(options, "reference", 1360) +
-                 entry_units(options, "", 0) * (double)pnb_method_count();
+        units += entry_units(options, triangles, "reference", 1360) +
+                 entry_units(options, triangles, "", 0) * (double)pnb_method_count();
     return units;
 }
 
@@ -646,13 +661,17 @@ static int run_scene(struct bench *bench, int truth_samples)
         !bench->truth_rgb)
         return no_memory();
 
-    step(bench, "truth", entry_units(bench->options, "reference", truth_samples));
+    step(bench, "truth",
+         entry_units(bench->options, result->planned_triangles, "reference", truth_samples));
     done = solve_truth(bench, truth_samples);
     size_t image = 0;
     for (size_t i = 0; i < result->entry_count && done == CLI_GO_ON;) {
         struct compare_entry *entry = &result->entries[i];
         bool left_out = false;
-        step(bench, entry->label, entry_units(bench->options, entry->name, entry->samples));
+        step(bench, entry->label,
+             entry->choice ? choice_units(bench->options, result->planned_triangles, entry->choice)
+                           : entry_units(bench->options, result->planned_triangles, entry->name,
+                                         entry->samples));
         done = too_dear(bench, i, &left_out);
         if (done == CLI_GO_ON && !left_out)
             done = entry->method ? run_method(bench, entry, &left_out)
