@@ -7,7 +7,8 @@
  *   the default display             X11 or Wayland, as EGL_PLATFORM says
  *   the software devices of EGL     Mesa's llvmpipe
  *
- * each as OpenGL 4.5 core, then 3.3 core, then OpenGL ES 3.2. The surface is none where the context
+ * each as OpenGL 4.5 core, then 3.3 core, then OpenGL ES 3.2; each of these robust where EGL offers
+ * that (it is told when the device was reset), else plain. The surface is none where the context
  * can do without, else a pbuffer of one pixel. Displays are EGL's, one per process and platform,
  * shared with whoever else opened them (GTK does): they are never terminated here.
  *
@@ -70,12 +71,45 @@ const char *gl_error_name(GLenum error)
     }
 }
 
-pnb_status gl_check(struct gl_device *device, const char *what)
+/* ---- Errors, and contexts that are lost ---- */
+
+static GLenum ask_error(void)
+{
+    return glGetError();
+}
+
+static GLenum ask_reset(void)
+{
+    return glGetGraphicsResetStatus();
+}
+
+static GLenum ask_reset_arb(void)
+{
+    return glGetGraphicsResetStatusARB();
+}
+
+static pnb_status say_lost(struct gl_device *device, const char *why)
+{
+    return status_fail(device->context, PNB_ERROR_DEVICE, device->info.renderer,
+                       "the OpenGL context is lost%s: nothing more can be drawn with it", why);
+}
+
+/* The first error since the last call. A lost context may answer with errors for ever. */
+static GLenum first_error(struct gl_device *device)
 {
     GLenum first = GL_NO_ERROR, error;
-    /* A lost context may answer with errors for ever. */
-    for (int i = 0; i < 16 && (error = glGetError()) != GL_NO_ERROR; i++)
+    for (int i = 0; i < 16 && (error = device->ask_error()) != GL_NO_ERROR; i++) {
         first = first == GL_NO_ERROR ? error : first;
+        device->lost = device->lost || error == GL_CONTEXT_LOST;
+    }
+    return first;
+}
+
+pnb_status gl_check(struct gl_device *device, const char *what)
+{
+    GLenum first = first_error(device);
+    if (device->lost)
+        return say_lost(device, "");
     if (first == GL_NO_ERROR)
         return PNB_OK;
     pnb_status status =
@@ -83,6 +117,20 @@ pnb_status gl_check(struct gl_device *device, const char *what)
                     device->error[0] ? ": " : "", device->error);
     device->error[0] = 0;
     return status;
+}
+
+/* Asked once a frame. */
+static pnb_status check_reset(struct gl_device *device)
+{
+    GLenum reset = device->ask_reset ? device->ask_reset() : GL_NO_ERROR;
+    if (reset == GL_NO_ERROR)
+        return PNB_OK;
+    device->lost = true;
+    return say_lost(device, reset == GL_GUILTY_CONTEXT_RESET
+                                ? " (the device was reset, for what was drawn with it)"
+                            : reset == GL_INNOCENT_CONTEXT_RESET
+                                ? " (the device was reset, for what others drew)"
+                                : " (the device was reset)");
 }
 
 static void APIENTRY heard(GLenum source, GLenum type, GLuint id, GLenum severity, GLsizei length,
@@ -97,6 +145,7 @@ static void APIENTRY heard(GLenum source, GLenum type, GLuint id, GLenum severit
 static pnb_status look(struct gl_device *device)
 {
     struct gl_device_info *info = &device->info;
+    device->ask_error = ask_error;
     const char *renderer = (const char *)glGetString(GL_RENDERER);
     if (!renderer)
         return status_fail(device->context, PNB_ERROR_DEVICE, "OpenGL",
@@ -119,6 +168,10 @@ static pnb_status look(struct gl_device *device)
     info->depth_bounds = epoxy_has_gl_extension("GL_EXT_depth_bounds_test");
     info->depth_clamp = !info->es || epoxy_has_gl_extension("GL_EXT_depth_clamp");
     info->geometry_shaders = true; /* core of both */
+    if (info->version >= (info->es ? 32 : 45) || epoxy_has_gl_extension("GL_KHR_robustness"))
+        device->ask_reset = ask_reset;
+    else if (epoxy_has_gl_extension("GL_ARB_robustness"))
+        device->ask_reset = ask_reset_arb;
 
     glGenVertexArrays(1, &device->vertex_array);
     glGenFramebuffers(1, &device->framebuffer);
@@ -158,19 +211,36 @@ static EGLContext make_context(EGLDisplay display, EGLConfig config, enum gl_dev
     for (size_t i = 0; i < sizeof(versions) / sizeof(*versions); i++) {
         if ((api == GL_DEVICE_API_33 && i != 1) || (api == GL_DEVICE_API_ES && i != 2))
             continue;
-        EGLint attributes[] = {EGL_CONTEXT_MAJOR_VERSION,
-                               versions[i].major,
-                               EGL_CONTEXT_MINOR_VERSION,
-                               versions[i].minor,
-                               versions[i].api == EGL_OPENGL_API ? EGL_CONTEXT_OPENGL_PROFILE_MASK
-                                                                 : EGL_NONE,
-                               EGL_CONTEXT_OPENGL_CORE_PROFILE_BIT,
-                               EGL_NONE};
         if (!eglBindAPI(versions[i].api))
             continue;
-        EGLContext context = eglCreateContext(display, config, EGL_NO_CONTEXT, attributes);
-        if (context != EGL_NO_CONTEXT)
-            return context;
+        for (int plain = 0; plain < 2; plain++) {
+            EGLint attributes[16];
+            int n = 0;
+            attributes[n++] = EGL_CONTEXT_MAJOR_VERSION;
+            attributes[n++] = versions[i].major;
+            attributes[n++] = EGL_CONTEXT_MINOR_VERSION;
+            attributes[n++] = versions[i].minor;
+            if (versions[i].api == EGL_OPENGL_API) {
+                attributes[n++] = EGL_CONTEXT_OPENGL_PROFILE_MASK;
+                attributes[n++] = EGL_CONTEXT_OPENGL_CORE_PROFILE_BIT;
+            }
+            if (!plain && epoxy_egl_version(display) >= 15) {
+                attributes[n++] = EGL_CONTEXT_OPENGL_ROBUST_ACCESS;
+                attributes[n++] = EGL_TRUE;
+                attributes[n++] = EGL_CONTEXT_OPENGL_RESET_NOTIFICATION_STRATEGY;
+                attributes[n++] = EGL_LOSE_CONTEXT_ON_RESET;
+            } else if (!plain &&
+                       epoxy_has_egl_extension(display, "EGL_EXT_create_context_robustness")) {
+                attributes[n++] = EGL_CONTEXT_OPENGL_ROBUST_ACCESS_EXT;
+                attributes[n++] = EGL_TRUE;
+                attributes[n++] = EGL_CONTEXT_OPENGL_RESET_NOTIFICATION_STRATEGY_EXT;
+                attributes[n++] = EGL_LOSE_CONTEXT_ON_RESET_EXT;
+            }
+            attributes[n] = EGL_NONE;
+            EGLContext context = eglCreateContext(display, config, EGL_NO_CONTEXT, attributes);
+            if (context != EGL_NO_CONTEXT)
+                return context;
+        }
     }
     return EGL_NO_CONTEXT;
 }
@@ -379,8 +449,18 @@ pnb_context *gl_device_context(const struct gl_device *device)
     return device->context;
 }
 
+static void leave(struct gl_device *device)
+{
+    if (device->adopted)
+        gl_state_restore(device);
+    else
+        gl_current_restore(&device->earlier, device->display);
+}
+
 pnb_status gl_device_begin(struct gl_device *device)
 {
+    if (device->lost)
+        return say_lost(device, "");
     if (device->begun++ > 0)
         return PNB_OK;
     pnb_status status = PNB_OK;
@@ -406,11 +486,14 @@ pnb_status gl_device_begin(struct gl_device *device)
         device->begun = 0;
         return status;
     }
-    /* Errors from before are not ours to report. */
-    for (int i = 0; i < 16 && glGetError() != GL_NO_ERROR; i++)
-        ;
+    /* Errors from before are not ours to report, but for a context that is gone. */
+    first_error(device);
     device->error[0] = 0;
-    return PNB_OK;
+    if (!device->lost)
+        return PNB_OK;
+    device->begun = 0;
+    leave(device);
+    return say_lost(device, "");
 }
 
 pnb_status gl_device_end(struct gl_device *device)
@@ -419,11 +502,11 @@ pnb_status gl_device_end(struct gl_device *device)
         return PNB_OK;
     if (--device->begun > 0)
         return PNB_OK;
-    pnb_status status = gl_check(device, device->info.renderer);
-    if (device->adopted)
-        gl_state_restore(device);
-    else
-        gl_current_restore(&device->earlier, device->display);
+    /* The reset's reason says more than the errors that it makes. */
+    pnb_status status = check_reset(device);
+    if (status == PNB_OK)
+        status = gl_check(device, device->info.renderer);
+    leave(device);
     return status;
 }
 

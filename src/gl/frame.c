@@ -149,6 +149,7 @@ static pnb_status resize(struct gl_frame *frame, int width, int height)
     destroy_textures(frame);
     frame->width = width;
     frame->height = height;
+    frame->generation++;
     pnb_status status = create_textures(frame);
     if (status != PNB_OK) {
         destroy_textures(frame);

@@ -13,6 +13,7 @@
  * pinhole. Made from pnb_receivers, or from an engine's depth texture. */
 struct gl_frame {
     int width, height;
+    unsigned generation;         /* another one: the textures are new */
     struct gl_texture *position; /* RGBA32F: world position, not lifted; w = 1, or 0: no receiver */
     struct gl_texture *normal;   /* RGBA16F or 32F: geometric, world, unit, towards the eye */
     struct gl_texture *depth;    /* DEPTH24_STENCIL8 or 32F: window depth through clip_from_world */

@@ -30,6 +30,11 @@ struct gl_device {
     struct gl_device_info info;
     bool adopted;
     int begun; /* nested begins */
+    bool lost; /* the context: nothing is drawn any more */
+    /* glGetError(), and whether the context was lost: NULL where OpenGL cannot be asked. Tests put
+     * faults here. */
+    GLenum (*ask_error)(void);
+    GLenum (*ask_reset)(void);
     /* Headless. */
     EGLDisplay display;
     EGLContext egl;

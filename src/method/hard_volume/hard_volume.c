@@ -34,7 +34,7 @@ struct volumes {
     struct gl_program *program, *decide;
     struct gl_texture *count;
     struct gl_target *target;
-    struct gl_texture *depth; /* of the frame that target was made for */
+    unsigned generation; /* of the frame whose depth target was made for */
     struct gl_buffer *closed_caps, *open_caps, *sides;
     signed char *facing; /* per triangle: 1 towards the light, -1 away, 0 degenerate */
     uint32_t *caps[2];   /* closed, open: corners */
@@ -209,13 +209,13 @@ static void volume_destroy(pnb_solver *solver, struct opengl_state *state)
 
 static pnb_status resize(struct volumes *v, struct gl_device *device, const struct gl_frame *frame)
 {
-    if (v->target && v->depth == frame->depth)
+    if (v->target && v->generation == frame->generation)
         return PNB_OK;
     gl_target_destroy(v->target);
     gl_texture_destroy(v->count);
     v->target = NULL;
     v->count = NULL;
-    v->depth = frame->depth;
+    v->generation = frame->generation;
     struct gl_texture_desc desc = {
         .format = GL_FORMAT_R32F, .width = frame->width, .height = frame->height};
     pnb_status status = gl_texture_create(device, &desc, &v->count);
