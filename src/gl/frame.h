@@ -62,8 +62,9 @@ void gl_frame_destroy(struct gl_frame *frame);
  * volume caps), and edges with their two faces for silhouettes on the device or the CPU. */
 struct gl_occluder {
     size_t object;
-    size_t first_index, index_count; /* triangles in indices */
-    size_t first_edge, edge_count;   /* in edges */
+    size_t first_index, index_count;       /* triangles in indices */
+    size_t first_edge, edge_count;         /* in edges */
+    size_t open_count, non_manifold_count; /* edges of the mesh */
     bool closed; /* every edge has two faces that run along it in opposite directions */
     vec3 low, high;
     /* Flat, with everything else of the scene on one side (normal points there): shadows nothing
@@ -88,7 +89,6 @@ struct gl_occluders {
     struct gl_edge *edges;
     struct gl_occluder *objects;
     size_t vertex_count, triangle_count, edge_count, object_count;
-    size_t open_count, non_manifold_count;
     vec3 low, high; /* of the casters */
     vec3 scene_low, scene_high;
     /* On the device (NULL until gl_occluders_upload). */

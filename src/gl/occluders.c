@@ -155,8 +155,8 @@ static void add_object(pnb_scene *scene, size_t index, struct gl_occluders *o)
     for (size_t e = 0; edges && e < edges->edge_count; e++)
         add_edge(o, edges, &edges->edges[e], first_vertex, first_triangle, mirrored);
     occluder->edge_count = o->edge_count - occluder->first_edge;
-    o->open_count += edges ? edges->open_count : 0;
-    o->non_manifold_count += edges ? edges->non_manifold_count : 0;
+    occluder->open_count = edges ? edges->open_count : 0;
+    occluder->non_manifold_count = edges ? edges->non_manifold_count : 0;
     o->low = v3_min(o->low, occluder->low);
     o->high = v3_max(o->high, occluder->high);
 }

@@ -32,17 +32,23 @@
 #define SIZE_MIN   16
 #define POINT_SIZE 1024 /* of a point light's map: what hard-map takes by itself */
 
-static void warn_of_open_meshes(pnb_solver *solver, const struct gl_occluders *o)
+/* Of the objects that shadow something. */
+static void warn_of_open_meshes(pnb_solver *solver, const struct gl_occluders *o,
+                                const struct silhouette_disk *disk)
 {
-    if (o->open_count + o->non_manifold_count > 0)
-        for (size_t i = 0; i < o->object_count; i++)
-            if (!o->objects[i].closed && !o->objects[i].floor) {
-                solver_warn(solver,
-                            "occluders are not closed (%zu open, %zu non-manifold edges): their "
-                            "borders are taken for outlines",
-                            o->open_count, o->non_manifold_count);
-                return;
-            }
+    size_t open = 0, non_manifold = 0;
+    bool any = false;
+    for (size_t i = 0; i < o->object_count; i++)
+        if (!o->objects[i].closed && dbuffer_casts(&o->objects[i], disk)) {
+            any = true;
+            open += o->objects[i].open_count;
+            non_manifold += o->objects[i].non_manifold_count;
+        }
+    if (any && open + non_manifold > 0)
+        solver_warn(solver,
+                    "occluders are not closed (%zu open, %zu non-manifold edges): their borders "
+                    "are taken for outlines",
+                    open, non_manifold);
 }
 
 static pnb_status dbuffer_create(pnb_solver *solver, struct opengl_state *state)
@@ -64,7 +70,6 @@ static pnb_status dbuffer_create(pnb_solver *solver, struct opengl_state *state)
             gl_buffer_create(b->device, NULL, 4096, true, i < 2 ? &b->quads[i] : &b->fans[i - 2]);
     if (status == PNB_OK)
         status = gl_buffer_create(b->device, NULL, 4096, true, &b->faces);
-    warn_of_open_meshes(solver, state->occluders);
     return status;
 }
 
@@ -91,12 +96,6 @@ static void dbuffer_destroy(pnb_solver *solver, struct opengl_state *state)
     dbuffer_volumes_finish(&b->volumes);
     memory_free(solver->context, b->face_vertices);
     memory_free(solver->context, b);
-}
-
-static pnb_status dbuffer_changed(pnb_solver *solver, struct opengl_state *state)
-{
-    warn_of_open_meshes(solver, state->occluders);
-    return PNB_OK;
 }
 
 /* The disk that stands for the light. */
@@ -205,6 +204,7 @@ static pnb_status draw_disk(pnb_solver *solver, struct opengl_state *state,
     struct dbuffer *b = state->room;
     const struct gl_occluders *o = state->occluders;
     struct dbuffer_pass pass = {.b = b, .occluders = o, .disk = disk};
+    warn_of_open_meshes(solver, o, disk);
     double started = clock_ms();
     pnb_status status = dbuffer_volumes_build(&b->volumes, o, disk);
     double built = clock_ms();
@@ -288,11 +288,8 @@ static const pnb_param_info params[] = {
      "texels of slack between a receiver and what hides it"},
 };
 
-static const struct opengl_method opengl = {.create = dbuffer_create,
-                                            .destroy = dbuffer_destroy,
-                                            .changed = dbuffer_changed,
-                                            .draw = dbuffer_draw,
-                                            .edges = true};
+static const struct opengl_method opengl = {
+    .create = dbuffer_create, .destroy = dbuffer_destroy, .draw = dbuffer_draw, .edges = true};
 
 const struct method method_dbuffer = {
     .info =
