@@ -8,6 +8,7 @@
 #include <string.h>
 
 #include "canvas.h"
+#include "focus.h"
 #include "motion.h"
 #include "window.h"
 
@@ -506,6 +507,7 @@ static void fill_header(GtkWidget *header)
     gtk_menu_button_set_menu_model(GTK_MENU_BUTTON(menu), model);
     gtk_menu_button_set_primary(GTK_MENU_BUTTON(menu), TRUE);
     gtk_widget_set_tooltip_text(menu, "Menu (F10)");
+    view_focus_name(menu, "Menu");
     g_object_unref(model);
     GtkWidget *shows = gtk_box_new(GTK_ORIENTATION_HORIZONTAL, 0);
     gtk_widget_add_css_class(shows, "linked");

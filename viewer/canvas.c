@@ -10,6 +10,7 @@
 #include <string.h>
 
 #include "area.h"
+#include "focus.h"
 #include "handles.h"
 #include "window.h"
 
@@ -691,8 +692,7 @@ GtkWidget *view_canvas_new(struct view_app *app)
     gtk_widget_set_hexpand(GTK_WIDGET(canvas), TRUE);
     gtk_widget_set_vexpand(GTK_WIDGET(canvas), TRUE);
     gtk_widget_set_overflow(GTK_WIDGET(canvas), GTK_OVERFLOW_HIDDEN);
-    gtk_accessible_update_property(GTK_ACCESSIBLE(canvas), GTK_ACCESSIBLE_PROPERTY_LABEL,
-                                   "Picture of the scene", -1);
+    view_focus_name(GTK_WIDGET(canvas), "Picture of the scene");
     add_controllers(canvas);
     return GTK_WIDGET(canvas);
 }

@@ -1,6 +1,7 @@
 /* viewer/panel_light.c: the lights: which, shape, place, size, orientation, colour. */
 #include <string.h>
 
+#include "focus.h"
 #include "form.h"
 #include "panels.h"
 
@@ -214,6 +215,9 @@ static GtkWidget *list_row(struct panel *panel)
     gtk_widget_set_hexpand(panel->list, TRUE);
     gtk_widget_set_tooltip_text(add, "Add a light");
     gtk_widget_set_tooltip_text(panel->remove, "Remove this light");
+    view_focus_name(panel->list, "Light");
+    view_focus_name(add, "Add a light");
+    view_focus_name(panel->remove, "Remove this light");
     g_signal_connect(add, "clicked", G_CALLBACK(on_add), panel);
     g_signal_connect(panel->remove, "clicked", G_CALLBACK(on_remove), panel);
     g_signal_connect(panel->list, "notify::selected", G_CALLBACK(on_list), panel);
@@ -226,6 +230,7 @@ static GtkWidget *list_row(struct panel *panel)
 GtkWidget *view_panel_light_new(struct view_app *app)
 {
     static const char *const axis_names[3] = {"x", "y (up)", "z"};
+    static const char *const place_names[3] = {"Position x", "Position y, up", "Position z"};
     static const char *const shapes[] = {"Rectangle", "Disk", "Polygon", "Line",
                                          "Point",     "Sun",  NULL};
     struct panel *panel = g_new0(struct panel, 1);
@@ -253,9 +258,11 @@ GtkWidget *view_panel_light_new(struct view_app *app)
                               &panel->size_row[1]);
 
     group = panel->place_group = view_form_group(panel->body, "Position, m");
-    for (int k = 0; k < 3; k++)
+    for (int k = 0; k < 3; k++) {
         panel->place[k] =
             spin_row(panel, group, axis_names[k], -1e6, 1e6, 0.05, 3, G_CALLBACK(on_place), NULL);
+        view_focus_name(panel->place[k], place_names[k]);
+    }
 
     group = panel->angle_group = view_form_group(panel->body, "Orientation, degrees");
     panel->angle[0] =

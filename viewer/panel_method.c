@@ -225,7 +225,7 @@ GtkWidget *view_panel_method_new(struct view_app *app)
 
     group = view_form_group(box, "Truth");
     panel->truth = gtk_drop_down_new_from_strings(truth_names);
-    view_form_row(group, "_Light samples", panel->truth,
+    view_form_row(group, "_Truth samples", panel->truth,
                   "The truth is ray-traced while nothing moves, with up to this many samples");
     g_signal_connect(panel->truth, "notify::selected", G_CALLBACK(on_truth), panel);
     panel->scale = view_form_spin(0.005, 1, 0.01, 3);

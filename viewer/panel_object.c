@@ -1,6 +1,7 @@
 /* viewer/panel_object.c: the objects: which, where, what they do to light. */
 #include <string.h>
 
+#include "focus.h"
 #include "form.h"
 #include "panels.h"
 
@@ -90,11 +91,13 @@ static void on_reset(GtkButton *button, gpointer data)
 GtkWidget *view_panel_object_new(struct view_app *app)
 {
     static const char *const axis_names[3] = {"x", "y (up)", "z"};
+    static const char *const place_names[3] = {"Position x", "Position y, up", "Position z"};
     struct panel *panel = g_new0(struct panel, 1);
     GtkWidget *box, *page = view_form_page(&box);
     panel->app = app;
     g_object_set_data_full(G_OBJECT(page), "panel", panel, g_free);
     panel->list = gtk_drop_down_new(G_LIST_MODEL(gtk_string_list_new(NULL)), NULL);
+    view_focus_name(panel->list, "Object");
     gtk_drop_down_set_enable_search(GTK_DROP_DOWN(panel->list), TRUE);
     GtkExpression *expression = gtk_property_expression_new(GTK_TYPE_STRING_OBJECT, NULL, "string");
     gtk_drop_down_set_expression(GTK_DROP_DOWN(panel->list), expression);
@@ -110,6 +113,7 @@ GtkWidget *view_panel_object_new(struct view_app *app)
     for (int k = 0; k < 3; k++) {
         panel->place[k] = view_form_spin(-1e6, 1e6, 0.05, 3);
         view_form_row(group, axis_names[k], panel->place[k], NULL);
+        view_focus_name(panel->place[k], place_names[k]);
         g_signal_connect(panel->place[k], "value-changed", G_CALLBACK(on_place), panel);
     }
     group = view_form_group(panel->body, "Turned about the vertical");

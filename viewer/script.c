@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "canvas.h"
+#include "focus.h"
 #include "handles.h"
 #include "measure.h"
 #include "motion.h"
@@ -24,6 +25,7 @@ enum wait {
     WAIT_DRAG,
     WAIT_BANNER,
     WAIT_NO_BANNER,
+    WAIT_ANSWER,
     WAIT_PROGRESS
 };
 
@@ -32,7 +34,10 @@ struct view_script {
     char **lines;
     int next;
     enum wait wait;
-    char *wanted; /* text that the banner shall hold */
+    char *wanted; /* text that the banner shall hold, or what `asked` shall be */
+    char *asked;
+    char found[300]; /* what it is instead */
+    guint poll;
     uint64_t old_scene;
     int64_t deadline_us;
     guint timer, idle;
@@ -112,7 +117,11 @@ static gboolean on_timer(gpointer data)
         g_clear_pointer(&script->picture, g_free);
         run(script);
     } else {
-        fail(script, "waited too long");
+        char why[400];
+        bool asked = script->wait == WAIT_ANSWER;
+        g_snprintf(why, sizeof(why), "waited too long%s%s", asked ? "; it is " : "",
+                   asked ? script->found : "");
+        fail(script, why);
     }
     return G_SOURCE_REMOVE;
 }
@@ -131,6 +140,9 @@ static bool shown_now(const struct view_app *app)
     return app->scene && shown.full && shown.serial == app->state.serial && !app->moving;
 }
 
+enum answer { ANSWER_UNKNOWN, ANSWER_NO, ANSWER_YES };
+static enum answer ask(struct view_script *script, const char *what, const char *text);
+
 static bool reached(struct view_script *script)
 {
     const struct view_app *app = script->app;
@@ -144,6 +156,7 @@ static bool reached(struct view_script *script)
     case WAIT_OPENED: return script->failed || (app->scene && app->scene->id != script->old_scene);
     case WAIT_BANNER: return *banner && strstr(banner, script->wanted);
     case WAIT_NO_BANNER: return !*banner;
+    case WAIT_ANSWER: return ask(script, script->asked, script->wanted) == ANSWER_YES;
     case WAIT_PROGRESS: return view_window_busy(app->window);
     default: return false;
     }
@@ -157,7 +170,9 @@ static gboolean on_idle(gpointer data)
         script->wait = WAIT_NONE;
         if (script->timer)
             g_source_remove(script->timer);
-        script->timer = 0;
+        if (script->poll)
+            g_source_remove(script->poll);
+        script->timer = script->poll = 0;
         run(script);
     }
     return G_SOURCE_REMOVE;
@@ -250,44 +265,91 @@ static bool do_wait(struct view_script *script, const char *what)
     return true;
 }
 
-static bool do_expect(struct view_script *script, const char *what, const char *text)
+static enum answer answer(struct view_script *script, bool yes, const char *found)
+{
+    g_strlcpy(script->found, found, sizeof(script->found));
+    return yes ? ANSWER_YES : ANSWER_NO;
+}
+
+/* Whether something is so; what it is instead stays in the script. */
+static enum answer ask(struct view_script *script, const char *what, const char *text)
 {
     struct view_app *app = script->app;
-    vec3 place;
-    g_free(script->wanted);
-    script->wanted = g_strdup(text);
+    const char *info = view_window_info(app->window);
     if (strcmp(what, "method") == 0 || strcmp(what, "second") == 0) {
         int side = what[0] == 's';
         const char *name =
             side && !app->state.compare ? "off" : app->state.methods[side].info->name;
-        if (strcmp(name, text) != 0)
-            fail(script, name);
-    } else if (strcmp(what, "window") == 0 || strcmp(what, "headless") == 0) {
-        bool own = app->frame && app->frame->window[atoi(text)];
-        if (own != (what[0] == 'w'))
-            fail(script, view_window_info(app->window));
-    } else if (strcmp(what, "info") == 0) {
-        if (!strstr(view_window_info(app->window), text))
-            fail(script, view_window_info(app->window));
-    } else if (strcmp(what, "banner") == 0) {
-        wait_for(script, WAIT_BANNER, 10000);
-    } else if (strcmp(what, "no-banner") == 0) {
-        wait_for(script, WAIT_NO_BANNER, 10000);
-    } else if (strcmp(what, "progress") == 0) {
-        wait_for(script, WAIT_PROGRESS, 20000);
-    } else if (strcmp(what, "readout") == 0) {
-        if (!strstr(view_window_readout(app->window), text))
-            fail(script, view_window_readout(app->window));
-    } else if (strcmp(what, "moved") == 0 || strcmp(what, "still") == 0) {
-        if (!view_app_pick_place(app, app->pick, &place))
-            return false;
-        bool moved = v3_length(v3_sub(place, script->mark)) > 1e-6 * app->scene->radius;
-        if (moved != (what[0] == 'm'))
-            fail(script, moved ? "it has moved" : "it has not moved");
-        script->mark = place;
-    } else {
-        return false;
+        return answer(script, strcmp(name, text) == 0, name);
     }
+    if (strcmp(what, "window") == 0 || strcmp(what, "headless") == 0) {
+        bool own = app->frame && app->frame->window[atoi(text)];
+        return answer(script, own == (what[0] == 'w'), info);
+    }
+    if (strcmp(what, "info") == 0)
+        return answer(script, strstr(info, text) != NULL, info);
+    if (strcmp(what, "readout") == 0) {
+        const char *readout = view_window_readout(app->window);
+        return answer(script, strstr(readout, text) != NULL, readout);
+    }
+    if (strcmp(what, "scene") == 0) {
+        const char *name = app->scene ? app->scene->name : "";
+        return answer(script, strstr(name, text) && shown_now(app), name);
+    }
+    if (strcmp(what, "focus") == 0) {
+        const char *name = view_focus_now(GTK_WINDOW(view_window_widget(app->window)));
+        return answer(script, strcmp(name, text) == 0, name);
+    }
+    if (strcmp(what, "moved") == 0 || strcmp(what, "still") == 0) {
+        vec3 place;
+        if (!view_app_pick_place(app, app->pick, &place))
+            return ANSWER_UNKNOWN;
+        bool moved = v3_length(v3_sub(place, script->mark)) > 1e-6 * app->scene->radius;
+        bool yes = moved == (what[0] == 'm');
+        if (yes)
+            script->mark = place;
+        return answer(script, yes, moved ? "it has moved" : "it has not moved");
+    }
+    return ANSWER_UNKNOWN;
+}
+
+static bool do_expect(struct view_script *script, const char *what, const char *text)
+{
+    g_free(script->wanted);
+    script->wanted = g_strdup(text);
+    if (strcmp(what, "banner") == 0) {
+        wait_for(script, WAIT_BANNER, 10000);
+        return true;
+    }
+    if (strcmp(what, "no-banner") == 0) {
+        wait_for(script, WAIT_NO_BANNER, 10000);
+        return true;
+    }
+    if (strcmp(what, "progress") == 0) {
+        wait_for(script, WAIT_PROGRESS, 20000);
+        return true;
+    }
+    enum answer found = ask(script, what, text);
+    if (found == ANSWER_NO)
+        fail(script, script->found);
+    return found != ANSWER_UNKNOWN;
+}
+
+static gboolean on_poll(gpointer data)
+{
+    view_script_notify(data);
+    return G_SOURCE_CONTINUE;
+}
+
+/* As expect, but until it is so. */
+static bool do_await(struct view_script *script, const char *what, const char *text)
+{
+    g_free(script->wanted);
+    g_free(script->asked);
+    script->wanted = g_strdup(text);
+    script->asked = g_strdup(what);
+    script->poll = g_timeout_add(50, on_poll, script);
+    wait_for(script, WAIT_ANSWER, 30000);
     return true;
 }
 
@@ -470,8 +532,10 @@ static bool run_command(struct view_script *script, char **words, const char *re
         return do_pointer(script, command, words);
     if (strcmp(command, "wait") == 0)
         return do_wait(script, one);
-    if (strcmp(command, "expect") == 0)
-        return do_expect(script, one, *rest ? rest + strlen(one) + (rest[strlen(one)] == ' ') : "");
+    if (strcmp(command, "expect") == 0 || strcmp(command, "await") == 0) {
+        const char *text = *rest ? rest + strlen(one) + (rest[strlen(one)] == ' ') : "";
+        return command[0] == 'e' ? do_expect(script, one, text) : do_await(script, one, text);
+    }
     if (strcmp(command, "method") == 0 || strcmp(command, "second") == 0)
         return do_method(app, command[0] == 's', one);
     if (strcmp(command, "samples") == 0) {
@@ -531,6 +595,13 @@ static bool run_command(struct view_script *script, char **words, const char *re
         return do_drag(script, one);
     if (strcmp(command, "where") == 0)
         return do_where(app, one);
+    if (strcmp(command, "tab") == 0) {
+        char why[200];
+        if (!view_focus_walk(GTK_WINDOW(view_window_widget(app->window)), GTK_WIDGET(canvas), why,
+                             sizeof(why)))
+            fail(script, why);
+        return true;
+    }
     if (strcmp(command, "say") == 0) {
         printf("%s\n", rest);
         fflush(stdout);
@@ -617,10 +688,13 @@ void view_script_destroy(struct view_script *script)
         g_source_remove(script->timer);
     if (script->idle)
         g_source_remove(script->idle);
+    if (script->poll)
+        g_source_remove(script->poll);
     view_measure_destroy(script->measure);
     g_free(script->picture);
     g_string_free(script->results, TRUE);
     g_strfreev(script->lines);
     g_free(script->wanted);
+    g_free(script->asked);
     g_free(script);
 }

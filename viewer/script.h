@@ -13,9 +13,11 @@
  *   step DX DY, zoom FACTOR, action NAME
  *   drag light|object|camera|nothing    a measured drag of --frames frames
  *   play, stop
- *   expect banner|no-banner|readout|progress|moved|still|method|second|info [TEXT]
+ *   expect banner|no-banner|readout|progress|moved|still|method|second|info|scene|focus [TEXT]
  *   expect window|headless 0|1          where that side's method on OpenGL was drawn
+ *   await ...                           as expect, until it is so
  *   where HANDLE, say TEXT, print, quit
+ *   tab                                 prints the way of the focus; every control must be on it
  * HANDLE: move, x, y, z, u, v, aim, spin. Lines that begin with # are comments. A script that
  * cannot go on says why and ends the program with status 1.
  */

@@ -1,23 +1,27 @@
 #!/bin/sh
 # The window from outside, under an X server of its own (Xvfb). Speaks TAP.
-#   viewer.sh PENUMBRA PENUMBRA-VIEW NEAR
-penumbra=$1 viewer=$2 near=$3
+#   viewer.sh PENUMBRA PENUMBRA-VIEW NEAR DRAG-SOURCE
+penumbra=$1 viewer=$2 near=$3 drag_source=$4
 export PNB_VIEWER="$viewer" GTK_A11Y=none GDK_BACKEND=x11 GSK_RENDERER=cairo LC_ALL=C.UTF-8
 export GSETTINGS_BACKEND=memory DBUS_SESSION_BUS_ADDRESS=disabled: NO_AT_BRIDGE=1
 # Leaks of GTK, fontconfig and cairo are theirs.
 export ASAN_OPTIONS="${ASAN_OPTIONS:+$ASAN_OPTIONS:}detect_leaks=0"
 unset WAYLAND_DISPLAY
 work=$(mktemp -d)
-server=
-trap '[ -z "$server" ] || kill "$server"; rm -rf "$work"' EXIT
+servers=
+trap '[ -z "$servers" ] || kill $servers; rm -rf "$work"' EXIT
 command -v Xvfb >/dev/null || { echo "1..0 # SKIP no Xvfb"; exit 77; }
 XDG_RUNTIME_DIR=$work
 export XDG_RUNTIME_DIR HOME="$work"
-Xvfb -displayfd 3 -screen 0 1200x800x24 -nolisten tcp 3>"$work/display" 2>/dev/null &
-server=$!
-for i in 1 2 3 4 5 6 7 8 9 10 11 12 13 14 15 16 17 18 19 20; do
-    [ -s "$work/display" ] && break
-    sleep 0.2
+
+# Two servers: what is done beside the rest must not lie under its pointer.
+for name in display beside; do
+    Xvfb -displayfd 3 -screen 0 1200x800x24 -nolisten tcp 3>"$work/$name" 2>/dev/null &
+    servers="$servers $!"
+done
+for i in $(seq 50); do
+    [ ! -s "$work/display" ] || [ ! -s "$work/beside" ] || break
+    sleep 0.1
 done
 DISPLAY=:$(cat "$work/display")
 export DISPLAY
@@ -36,23 +40,34 @@ report() { # status name
     fi
 }
 
+# The script NAME.script. Warnings of GTK or GLib are defects.
+run_script() { # name arguments...
+    run=$1
+    shift
+    timeout 200 "$penumbra" view "$@" -s 320x240 --script "$run.script" >"$run.out" 2>"$run.err"
+    code=$?
+    ! grep -qE 'CRITICAL|WARNING|Sanitizer|runtime error' "$run.err" && [ $code = 0 ]
+}
+
+report_script() { # status name
+    cp "$2.out" out
+    cp "$2.err" err
+    report "$1" "$2"
+}
+
 # Standard input is the script.
 script() { # name arguments...
     name=$1
-    shift
     cat >"$name.script"
-    timeout 200 "$penumbra" view "$@" -s 320x240 --script "$name.script" >out 2>err
-    code=$?
-    # Warnings of GTK or GLib are defects.
-    ! grep -qE 'CRITICAL|WARNING|Sanitizer|runtime error' err && [ $code = 0 ]
-    report $? "$name"
+    run_script "$@"
+    report_script $? "$name"
 }
 
 one_line() { # status pattern
     [ "$code" = "$1" ] && [ "$(wc -l <err)" = 1 ] && grep -q "$2" err
 }
 
-echo 1..27
+echo 1..31
 
 env -u DISPLAY "$penumbra" view builtin:prism >out 2>err
 code=$?
@@ -74,22 +89,7 @@ timeout 60 "$penumbra" view missing.json --script first -q >out 2>err
 [ $? = 1 ] && grep -q 'did not open' err
 report $? script_without_a_scene_fails
 
-script screenshot_is_render_s_picture builtin:two-boxes <<'END'
-truth 0
-wait full
-screenshot shot.png
-open builtin:three-lights
-method hard-map
-wait full
-screenshot three.png
-END
-"$penumbra" render builtin:two-boxes -s 320x240 -o render.png -q >out 2>err
-cmp shot.png render.png >out 2>&1
-report $? screenshot_to_the_byte
-"$penumbra" render builtin:three-lights -m hard-map -s 320x240 -o render.png -q >out 2>err
-cmp three.png render.png >out 2>&1
-report $? screenshot_of_three_lights_to_the_byte
-
+# What takes longest runs beside the rest: every method, and the window's context as one of ES.
 # Every method on lights of all shapes; what one cannot do is said in the banner.
 {
     echo "truth 0"
@@ -106,9 +106,49 @@ report $? screenshot_of_three_lights_to_the_byte
     echo "expect banner hard-map"
     echo "method exact"
     echo "expect no-banner"
-} >every.txt
-grep -q '^method exact' every.txt && grep -q '^method sampled-maps' every.txt
-script every_method_on_several_scenes builtin:prism <every.txt
+} >every_method_on_several_scenes.script
+for kind in desktop es; do
+    printf 'patience 100000\ntruth 0\n' >opengl_in_the_window_$kind.script
+    for scene in two-boxes three-lights jack-tube outdoor triangle-light; do
+        echo "open builtin:$scene"
+        for method in hard-volume pcss dbuffer; do
+            [ $scene-$method != outdoor-pcss ] || continue
+            [ $scene-$method != outdoor-dbuffer ] || continue
+            echo "method $method"
+            echo "wait full"
+            echo "expect window 0"
+            echo "shown $kind-shown-$scene-$method.png"
+            echo "screenshot $kind-saved-$scene-$method.png"
+        done
+    done >>opengl_in_the_window_$kind.script
+done
+{
+    export DISPLAY=:$(cat beside)
+    run_script every_method_on_several_scenes builtin:prism
+    echo $? >every.status
+    if "$penumbra" methods | grep -q '^hard-volume'; then
+        export GDK_DEBUG=gl-gles
+        run_script opengl_in_the_window_es builtin:prism
+        echo $? >es.status
+    fi
+} &
+beside=$!
+
+script screenshot_is_render_s_picture builtin:two-boxes <<'END'
+truth 0
+wait full
+screenshot shot.png
+open builtin:three-lights
+method hard-map
+wait full
+screenshot three.png
+END
+"$penumbra" render builtin:two-boxes -s 320x240 -o render.png -q >out 2>err
+cmp shot.png render.png >out 2>&1
+report $? screenshot_to_the_byte
+"$penumbra" render builtin:three-lights -m hard-map -s 320x240 -o render.png -q >out 2>err
+cmp three.png render.png >out 2>&1
+report $? screenshot_of_three_lights_to_the_byte
 
 script drags builtin:two-boxes <<'END'
 truth 0
@@ -263,42 +303,48 @@ open builtin:prism
 wait full
 END
 
+# Tab reaches every control of every page, and each has a name; no window complains.
+script way_of_the_focus builtin:two-boxes <<'END'
+truth 0
+wait full
+tab
+second pcss
+method sampled-maps
+wait full
+tab
+page light
+tab
+page object
+select object 1
+wait full
+tab
+page motion
+tab
+action win.shortcuts
+wait 300
+END
+
 timeout 100 "$penumbra" view builtin:two-boxes -s 320x240 --script drag --frames 40 --json >out 2>err
 [ $? = 0 ] && grep -q '"p99": [0-9.]*' out && grep -q '"frames": 40' out
 report $? measured_drag
 
 # Methods on OpenGL draw in the window's own context, of desktop OpenGL and of ES. What is on the
 # screen is `render`'s picture but for edges, what is saved is it to the byte.
-if "$penumbra" methods | grep -q '^hard-volume'; then
-    for kind in desktop es; do
-        [ $kind = desktop ] || export GDK_DEBUG=gl-gles
-        {
-            echo "patience 100000"
-            echo "truth 0"
-            for scene in two-boxes three-lights jack-tube outdoor triangle-light; do
-                echo "open builtin:$scene"
-                for method in hard-volume pcss dbuffer; do
-                    [ $scene-$method != outdoor-pcss ] || continue
-                    [ $scene-$method != outdoor-dbuffer ] || continue
-                    echo "method $method"
-                    echo "wait full"
-                    echo "expect window 0"
-                    echo "shown $kind-$scene-$method.png"
-                    echo "screenshot $scene-$method.png"
-                done
-            done
-        } >window.txt
-        script opengl_in_the_window_$kind builtin:prism <window.txt
-        unset GDK_DEBUG
-        bad_pictures=0
-        for picture in $kind-*.png; do
-            "$near" "$picture" "${picture#$kind-}" 2 0.0005 >>out 2>&1 || bad_pictures=1
-        done
-        [ "$bad_pictures" = 0 ] && [ "$(ls $kind-*.png | wc -l)" = 13 ]
-        report $? screen_is_render_s_picture_$kind
+near_pictures() { # kind
+    wrong=0
+    : >out
+    for picture in $1-shown-*.png; do
+        "$near" "$picture" "$1-saved-${picture#$1-shown-}" 2 0.0005 >>out 2>&1 || wrong=1
     done
+    [ $wrong = 0 ] && [ "$(ls $1-shown-*.png | wc -l)" = 13 ]
+}
+if "$penumbra" methods | grep -q '^hard-volume'; then
+    run_script opengl_in_the_window_desktop builtin:prism
+    report_script $? opengl_in_the_window_desktop
+    near_pictures desktop
+    report $? screen_is_render_s_picture_desktop
     "$penumbra" render builtin:three-lights -m pcss -s 320x240 -o render.png -q >out 2>err
-    cmp three-lights-pcss.png render.png >out 2>&1
+    cmp desktop-saved-three-lights-pcss.png render.png >out 2>&1
     report $? screenshot_of_opengl_to_the_byte
 
     # Both sides, either, none; the divider, errors, a drag of light, object and camera, another size.
@@ -389,8 +435,7 @@ END
     report $? opengl_without_the_window_to_the_byte
 else
     for name in opengl_in_the_window_desktop screen_is_render_s_picture_desktop \
-        opengl_in_the_window_es screen_is_render_s_picture_es screenshot_of_opengl_to_the_byte \
-        opengl_beside_the_processor opengl_without_the_window \
+        screenshot_of_opengl_to_the_byte opengl_beside_the_processor opengl_without_the_window \
         opengl_without_the_window_to_the_byte; do
         number=$((number + 1))
         echo "ok $number - $name # SKIP built without OpenGL"
@@ -417,33 +462,120 @@ else
     echo "ok $number - broken_opengl # SKIP built without OpenGL"
 fi
 
-# Real events: X sends them, GTK hears them.
+# Real events, in one window: X sends them, GTK hears them. The script says "ready WHAT" when it
+# waits for the hand.
+hand() { # WHAT; fails if the script ended before
+    for i in $(seq 300); do
+        ! grep -q "^ready $1\$" out || return 0
+        kill -0 $view 2>/dev/null || return 1
+        sleep 0.1
+    done
+    return 1
+}
+
+type_path() { # into the dialog
+    xdotool key ctrl+o
+    timeout 20 xdotool search --sync --onlyvisible --name '^Open a Scene$' >/dev/null
+    sleep 0.4
+    xdotool type "$1"
+    sleep 0.6
+    xdotool key Return
+}
+
+drop_file() { # from drag-source's window; again if nobody took it
+    for pause in 0.2 0.5 1; do
+        xdotool mousemove 1100 700 mousedown 1 sleep 0.1 mousemove_relative -- -12 -12 sleep 0.1 \
+            mousemove_relative -- -12 -12 sleep $pause mousemove 200 200 sleep $pause \
+            mousemove 204 204 sleep $pause mouseup 1 sleep 0.1
+        for i in $(seq 20); do
+            ! grep -q "^dropped $1\$" drops || return 0
+            sleep 0.1
+        done
+    done
+    return 1
+}
+
+names="pointer_and_keys focus_by_tab files_by_the_dialog files_by_dropping"
 if command -v xdotool >/dev/null; then
+    cp dragged.json typed.json
+    cp dragged.json pulled.json
     cat >events.script <<'END'
 truth 0
 wait full
 where move
+say ready pointer
+await moved
+say ready keys
+await second hard-map
+await method planar
+say done pointer_and_keys
+expect focus Menu
+say ready tab
+await focus Method
+say done focus_by_tab
+say ready dialog
+expect banner broken.json
+expect scene two-boxes
+say ready dialog again
+await scene typed
+expect no-banner
+say done files_by_the_dialog
+say ready drop
+expect banner broken.glb
+expect scene typed
 wait 300
-say ready
-wait 5000
-expect moved
-expect second hard-map
-expect method planar
+say ready drop again
+await scene pulled
+expect no-banner
+say done files_by_dropping
 END
-    timeout 60 "$penumbra" view builtin:two-boxes -s 320x240 --script events.script >out 2>err &
+    : >drops
+    timeout 100 "$penumbra" view builtin:two-boxes -s 320x240 --script events.script >out 2>err &
     view=$!
-    for i in 1 2 3 4 5 6 7 8 9 10 11 12 13 14 15 16 17 18 19 20; do
-        grep -q ready out && break
-        sleep 0.3
-    done
+    hand pointer
     set -- $(sed -n 's/^move //p' out)
     xdotool mousemove "$1" "$2" mousedown 1 sleep 0.1 mousemove_relative 20 10 sleep 0.1 \
-        mousemove_relative 20 10 sleep 0.1 mouseup 1 sleep 0.1 key c sleep 0.3 key F10 sleep 0.6 \
-        key Escape sleep 0.6 key m 2>/dev/null
+        mousemove_relative 20 10 sleep 0.1 mouseup 1
+    hand keys && xdotool key c sleep 0.3 key F10 sleep 0.5 key Escape sleep 0.5 key m
+    hand tab && xdotool key Tab sleep 0.2 key Tab
+    hand dialog && type_path "$work/broken.json"
+    hand "dialog again" && type_path "$work/typed.json"
+    if hand drop; then
+        "$drag_source" "$work/broken.glb" "$work/pulled.json" >drops 2>>err &
+        source=$!
+        pulled=$(timeout 20 xdotool search --sync --onlyvisible --name '^drag-source$')
+        xdotool windowmove "$pulled" 1040 640 sleep 0.3
+        drop_file "$work/broken.glb"
+        hand "drop again" && drop_file "$work/pulled.json"
+        kill $source 2>/dev/null
+    fi
     wait $view
-    report $? events_of_the_x_server
+    clean=$?
+    ! grep -qE 'CRITICAL|WARNING|Sanitizer|runtime error' err || clean=1
+    for name in $names; do
+        grep -q "^done $name\$" out && [ $clean = 0 ]
+        report $? $name
+    done
 else
-    number=$((number + 1))
-    echo "ok $number - events_of_the_x_server # SKIP no xdotool"
+    for name in $names; do
+        number=$((number + 1))
+        echo "ok $number - $name # SKIP no xdotool"
+    done
+fi
+
+wait $beside
+grep -q '^method exact' every_method_on_several_scenes.script &&
+    grep -q '^method sampled-maps' every_method_on_several_scenes.script &&
+    [ "$(cat every.status)" = 0 ]
+report_script $? every_method_on_several_scenes
+if [ -e es.status ]; then
+    report_script "$(cat es.status)" opengl_in_the_window_es
+    near_pictures es
+    report $? screen_is_render_s_picture_es
+else
+    for name in opengl_in_the_window_es screen_is_render_s_picture_es; do
+        number=$((number + 1))
+        echo "ok $number - $name # SKIP built without OpenGL"
+    done
 fi
 exit $bad
