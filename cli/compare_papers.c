@@ -221,13 +221,17 @@ static char *draw_shadow(const pnb_shadow_view *view)
     FILE *file = open_memstream(&text, &size);
     if (!file)
         return NULL;
-    /* What shows is around the penumbra: behind the light's plane the ground is dark without end.
-     */
-    for (size_t i = 0; i < view->vertex_count; i++)
-        for (int a = 0; a < 2 && view->intensities[i] > 0 && view->intensities[i] < 1; a++) {
-            low[a] = fmin(low[a], view->coordinates[2 * i + (size_t)a]);
-            high[a] = fmax(high[a], view->coordinates[2 * i + (size_t)a]);
+    /* What shows is the penumbra: behind the light's plane the ground is dark without end. */
+    for (size_t t = 0; t < 3 * view->triangle_count; t++) {
+        uint32_t v = view->indices[t], next = view->indices[t % 3 == 2 ? t - 2 : t + 1],
+                 last = view->indices[t % 3 == 0 ? t + 2 : t - 1];
+        bool flat = view->intensities[v] == view->intensities[next] &&
+                    view->intensities[v] == view->intensities[last];
+        for (int a = 0; a < 2 && !flat; a++) {
+            low[a] = fmin(low[a], view->coordinates[2 * v + (size_t)a]);
+            high[a] = fmax(high[a], view->coordinates[2 * v + (size_t)a]);
         }
+    }
     for (int a = 0; a < 2; a++) {
         double margin = 0.08 * (high[a] - low[a]);
         low[a] -= margin, high[a] += margin;
@@ -245,12 +249,10 @@ static char *draw_shadow(const pnb_shadow_view *view)
             fprintf(file, "<path class=\"ring\" stroke=\"var(--c%d)\" d=\"", pass % 7);
         for (size_t t = 0; t < 3 * view->triangle_count; t++) {
             uint32_t a = view->indices[t], b = view->indices[t % 3 == 2 ? t - 2 : t + 1];
-            /* A ring has a triangle of the strip outside of it, the outermost one of that inside.
-             */
+            /* A ring has a triangle that slopes on one side of it at least. */
             double beyond = view->intensities[view->indices[t % 3 == 0 ? t + 2 : t - 1]] - level;
             bool ring = fabs(view->intensities[a] - level) < 1e-4 &&
-                        fabs(view->intensities[b] - level) < 1e-4 &&
-                        (pass == 0 ? beyond > 1e-4 : beyond < -1e-4);
+                        fabs(view->intensities[b] - level) < 1e-4 && fabs(beyond) > 1e-4;
             if (pass < 0 ? a > b : !ring)
                 continue;
             fprintf(file, "M%.0f %.0fL%.0f %.0f", (view->coordinates[2 * a] - low[0]) * scale,

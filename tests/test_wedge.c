@@ -305,6 +305,27 @@ static void test_tiles(void **state)
     close_scene(&picture);
 }
 
+/* Lists longer than the masks: of a part that masks leave out nothing may count. */
+static void test_long_lists(void **state)
+{
+    enum { WIDE = 200, HIGH = 150 };
+    static float first[WIDE * HIGH], other[WIDE * HIGH];
+    struct picture picture;
+    open_scene(&picture, "spheres-9x9");
+    pnb_surface_destroy(picture.surface);
+    assert_int_equal(
+        pnb_surface_create(picture.context, picture.scene, NULL, WIDE, HIGH, &picture.surface),
+        PNB_OK);
+    pnb_surface_receivers(picture.surface, &picture.receivers);
+    const pnb_solver_param small = {"tile", "2"}, large = {"tile", "16"};
+    run(&picture, "wedge-blend", &small, 1, first);
+    run(&picture, "wedge-blend", &large, 1, other);
+    for (size_t i = 0; i < WIDE * HIGH; i++)
+        if (!isnan(first[i]) && fabsf(first[i] - other[i]) > 1e-3f)
+            fail_msg("pixel %zu: %g and %g", i, first[i], other[i]);
+    close_scene(&picture);
+}
+
 /* Open meshes are warned of, other lights refused, a scene without casters is lit. */
 static void test_bad_input(void **state)
 {
@@ -435,6 +456,7 @@ int main(void)
         cmocka_unit_test(test_small_light),    cmocka_unit_test(test_update),
         cmocka_unit_test(test_tiles),          cmocka_unit_test(test_bad_input),
         cmocka_unit_test(test_many_triangles), cmocka_unit_test(test_random),
+        cmocka_unit_test(test_long_lists),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

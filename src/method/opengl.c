@@ -313,6 +313,7 @@ static pnb_status draw_and_read(pnb_solver *solver, const struct light_shape *sh
      * small share of it. */
     do {
         begun = drawn;
+        gl->state.lost_ms = 0;
         processor = processor_ms();
         status = solver->method->opengl->draw(solver, &gl->state, shape, light, gl->state.frame,
                                               gl->visibility);
@@ -322,6 +323,7 @@ static pnb_status draw_and_read(pnb_solver *solver, const struct light_shape *sh
         gl_device_finish(device);
         drawn = clock_ms();
         processor = processor_ms() - processor;
+        begun += gl->state.lost_ms;
         slow = drawn - begun > LONG_FRAME_MS;
     } while (!gl->warm && (gl->warm = true) && !slow);
     solver->report.prepare_ms += begun - uploaded;

@@ -14,6 +14,7 @@ struct opengl_state {
     struct gl_occluders *occluders; /* uploaded */
     struct gl_frame *frame;         /* of the last receivers; textures are kept for the next */
     void *room;                     /* the room's own */
+    double lost_ms; /* draw(): in attempts that came to nothing and that later frames do without */
 };
 
 /* All are called between gl_device_begin() and gl_device_end(). */

@@ -36,7 +36,7 @@ struct volumes {
     struct gl_target *target;
     unsigned generation; /* of the frame whose depth target was made for */
     struct gl_buffer *closed_caps, *open_caps, *sides;
-    signed char *facing; /* per triangle: 1 towards the light, -1 away, 0 degenerate */
+    signed char *facing; /* per triangle: 1 towards the light, -1 away, 0 degenerate or edge-on */
     uint32_t *caps[2];   /* closed, open: corners */
     size_t cap_counts[2];
     size_t triangle_capacity;
@@ -58,7 +58,7 @@ static void facing_body(void *user, size_t begin, size_t end, int worker)
         const float *p = job->occluders->planes + 4 * t;
         double side = v3_dot(v3_loadf(p), job->light) + p[3] * job->w;
         bool none = p[0] == 0 && p[1] == 0 && p[2] == 0;
-        job->facing[t] = none ? 0 : side > 0 ? 1 : -1;
+        job->facing[t] = none || side == 0 ? 0 : side > 0 ? 1 : -1;
     }
 }
 

@@ -450,7 +450,7 @@ static pnb_status count_cut(struct wedge_room *room, struct gl_texture *visibili
 /* A software rasteriser that ends loops is asked whether it did. Then more is done in one turn of a
  * loop, or silhouettes are taken from the light's middle, from now on; where even these are too
  * many, what was summed so far stands. */
-static pnb_status draw_frame(const struct work *work)
+static pnb_status draw_frame(const struct work *work, double *lost_ms)
 {
     pnb_solver *solver = work->solver;
     struct wedge_room *room = work->room;
@@ -458,12 +458,14 @@ static pnb_status draw_frame(const struct work *work)
     pnb_status status = PNB_OK;
     size_t cut = 0;
     for (;;) {
+        double begun = clock_ms();
         draw_all(work, asks);
         if (asks)
             status = count_cut(room, work->visibility, &cut);
         if (status != PNB_OK || cut == 0 || room->search == WEDGE_SEARCH_CENTER)
             break;
         status = make_sums(solver, room, room->search + 1, room->line_rows);
+        *lost_ms += clock_ms() - begun;
         if (status != PNB_OK)
             break;
         if (room->search == WEDGE_SEARCH_CENTER)
@@ -494,7 +496,7 @@ static pnb_status prepare_cells(const struct work *work)
     return rows == room->line_rows ? PNB_OK : make_sums(work->solver, room, room->search, rows);
 }
 
-static pnb_status draw_light(struct work *work)
+static pnb_status draw_light(struct work *work, double *lost_ms)
 {
     struct wedge_room *room = work->room;
     bool changed;
@@ -511,7 +513,7 @@ static pnb_status draw_light(struct work *work)
     if (status == PNB_OK)
         status = gl_target_create(room->device, &desc, &work->target);
     if (status == PNB_OK)
-        status = draw_frame(work);
+        status = draw_frame(work, lost_ms);
     gl_target_destroy(work->target);
     return status;
 }
@@ -526,7 +528,7 @@ static pnb_status wedge_draw(pnb_solver *solver, struct opengl_state *state,
                                             &work.light_count);
     if (status != PNB_OK)
         return status;
-    status = draw_light(&work);
+    status = draw_light(&work, &state->lost_ms);
     solver_count(solver, "pieces", (double)work.light_count);
     memory_free(solver->context, work.lights);
     size_t lists, items;

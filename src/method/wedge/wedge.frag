@@ -336,8 +336,9 @@ void main()
         uint these = l.word & (next == 0u ? 0xffffffffu : (next & (~next + 1u)) - 1u);
         uint mine = these;
         int here = last ? -1 : int(info.x) + bit_count(info.y & upto);
-        // Parts that share a group are small: many are seen beside the light.
-        if (info.w == GROUP_MIXED) {
+        // Parts that share a group are small: many are seen beside the light. And of a part with
+        // masks (which leave it out) and groups without, nothing or all must count.
+        if (info.w == GROUP_MIXED || l.count > mask_width) {
             ivec2 box = fold(max(here, 0));
             vec3 low = texelFetch(part_low, box, 0).xyz, high = texelFetch(part_high, box, 0).xyz;
             mine = misses(low, high, p, p, false) ? 0u : mine;
