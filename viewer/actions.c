@@ -264,6 +264,16 @@ static void do_remove_light(GSimpleAction *action, GVariant *parameter, gpointer
         view_app_remove_light(data, app_of(data)->pick.index);
 }
 
+static void do_undo(GSimpleAction *action, GVariant *parameter, gpointer data)
+{
+    view_app_undo(data, -1);
+}
+
+static void do_redo(GSimpleAction *action, GVariant *parameter, gpointer data)
+{
+    view_app_undo(data, 1);
+}
+
 static void do_next_light(GSimpleAction *action, GVariant *parameter, gpointer data)
 {
     struct view_app *app = data;
@@ -332,6 +342,8 @@ static const GActionEntry entries[] = {
     {"swap", do_swap},
     {"add-light", do_add_light},
     {"remove-light", do_remove_light},
+    {"undo", do_undo},
+    {"redo", do_redo},
     {"next-light", do_next_light},
     {"next-object", do_next_object},
     {"page", do_page, "s"},
@@ -348,6 +360,8 @@ static const struct {
     {"win.open", {"<Control>o"}},
     {"win.save", {"<Control>s"}},
     {"win.screenshot", {"<Control>p"}},
+    {"win.undo", {"<Control>z"}},
+    {"win.redo", {"<Control><Shift>z", "<Control>y"}},
     {"win.quit", {"<Control>q", "<Control>w"}},
     {"win.shortcuts", {"<Control>question", "F1"}},
     {"win.side", {"F9"}},
@@ -417,6 +431,11 @@ static GMenuModel *make_menu(void)
     GMenu *menu = g_menu_new(), *part = g_menu_new(), *theme = g_menu_new();
     g_menu_append(part, "_Save Scene…", "win.save");
     g_menu_append(part, "Save S_creenshot…", "win.screenshot");
+    g_menu_append_section(menu, NULL, G_MENU_MODEL(part));
+    g_object_unref(part);
+    part = g_menu_new();
+    g_menu_append(part, "_Undo", "win.undo");
+    g_menu_append(part, "_Redo", "win.redo");
     g_menu_append_section(menu, NULL, G_MENU_MODEL(part));
     g_object_unref(part);
     part = g_menu_new();
@@ -543,8 +562,18 @@ static void set_state(struct view_app *app, const char *name, GVariant *value)
         g_simple_action_set_state(G_SIMPLE_ACTION(action), value);
 }
 
+static void set_enabled(struct view_app *app, const char *name, bool on)
+{
+    GAction *action =
+        g_action_map_lookup_action(G_ACTION_MAP(view_window_widget(app->window)), name);
+    if (action)
+        g_simple_action_set_enabled(G_SIMPLE_ACTION(action), on);
+}
+
 void view_actions_refresh(struct view_app *app)
 {
+    set_enabled(app, "undo", view_history_can(app->history, -1));
+    set_enabled(app, "redo", view_history_can(app->history, 1));
     set_state(app, "show", g_variant_new_string(show_names[app->state.show]));
     set_state(app, "compare", g_variant_new_boolean(app->state.compare));
     set_state(app, "exposure", g_variant_new_boolean(app->state.exposure > 0));

@@ -53,6 +53,7 @@ static void on_scene(void *user, struct view_scene *scene)
     view_scene_unref(app->scene);
     app->scene = view_scene_ref(scene);
     view_state_enter(&app->state, scene);
+    view_history_enter(app->history, &app->state);
     app->pick = (struct view_pick){scene->light_count ? VIEW_PICK_LIGHT : VIEW_PICK_NONE, 0};
     view_window_scene_opened(app->window);
     view_app_changed(app);
@@ -119,6 +120,7 @@ struct view_app *view_app_create(GtkApplication *application, const struct view_
     app->started_us = started_us;
     app->divider = 0.5;
     view_state_init(&app->state);
+    app->history = view_history_create();
     take_method_options(app);
     app->state.full_size = options->full_size;
     const struct view_worker_events events = {.scene = on_scene,
@@ -150,6 +152,7 @@ void view_app_destroy(struct view_app *app)
     view_frame_unref(app->frame);
     view_scene_unref(app->scene);
     view_state_finish(&app->state);
+    view_history_destroy(app->history);
     g_free(app->pending_screenshot);
     g_free(app);
 }
@@ -201,6 +204,8 @@ void view_app_changed(struct view_app *app)
 {
     if (!app->scene)
         return;
+    if (!app->moving)
+        view_history_note(app->history, &app->state);
     app->state.serial++;
     app->state.wanted_us = g_get_monotonic_time();
     app->state.moving = app->moving != 0;
@@ -234,6 +239,25 @@ void view_app_edited(struct view_app *app)
         g_source_remove(app->edit_timer);
     app->edit_timer = g_timeout_add(EDIT_REST_MS, edit_ended, app);
     view_app_set_moving(app, VIEW_MOVING_EDIT, true);
+    view_app_changed(app);
+}
+
+void view_app_undo(struct view_app *app, int by)
+{
+    if (!app->scene)
+        return;
+    /* What is under way ends and is an entry of its own; a hand lets go first. */
+    view_motion_stop(app->motion);
+    if (app->edit_timer) {
+        g_source_remove(app->edit_timer);
+        edit_ended(app);
+    }
+    if (app->moving || !view_history_go(app->history, by, &app->state))
+        return;
+    view_motion_forget(app->motion);
+    if (app->pick.type == VIEW_PICK_LIGHT && app->pick.index >= app->state.light_count)
+        app->pick = (struct view_pick){app->state.light_count ? VIEW_PICK_LIGHT : VIEW_PICK_NONE,
+                                       app->state.light};
     view_app_changed(app);
 }
 

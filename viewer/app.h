@@ -10,6 +10,7 @@
 #include <gtk/gtk.h>
 
 #include "camera.h"
+#include "history.h"
 #include "options.h"
 #include "worker.h"
 
@@ -32,6 +33,7 @@ struct view_app {
     struct view_state state;
     struct view_frame *frame; /* the newest; NULL: none yet */
     struct view_pick pick;
+    struct view_history *history;
     unsigned moving;
     guint edit_timer;
     bool at_rest;   /* the worker has nothing left to do for the newest state */
@@ -70,6 +72,8 @@ void view_app_select(struct view_app *app, enum view_pick_type type, size_t inde
 void view_app_set_method(struct view_app *app, int side, const pnb_method_info *info);
 void view_app_add_light(struct view_app *app, pnb_light_type type);
 void view_app_remove_light(struct view_app *app, size_t index);
+/* by: -1 undoes the last change of lights or objects, 1 does it again. */
+void view_app_undo(struct view_app *app, int by);
 void view_app_reset_camera(struct view_app *app);
 void view_app_frame_selection(struct view_app *app);
 

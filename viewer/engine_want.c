@@ -22,31 +22,11 @@ void engine_drop_emitters(struct view_engine *engine)
 
 /* ---- the wanted state ---- */
 
-static bool same_light(const pnb_light *a, const pnb_light *b)
-{
-    if (a->type != b->type || memcmp(a->color, b->color, sizeof(a->color)) != 0)
-        return false;
-    switch (a->type) {
-    case PNB_LIGHT_RECTANGLE:
-        return memcmp(&a->shape.rectangle, &b->shape.rectangle, sizeof(a->shape.rectangle)) == 0;
-    case PNB_LIGHT_DISK: return memcmp(&a->shape.disk, &b->shape.disk, sizeof(a->shape.disk)) == 0;
-    case PNB_LIGHT_POLYGON:
-        return a->shape.polygon.vertex_count == b->shape.polygon.vertex_count &&
-               memcmp(a->shape.polygon.vertices, b->shape.polygon.vertices,
-                      a->shape.polygon.vertex_count * 3 * sizeof(double)) == 0;
-    case PNB_LIGHT_LINE: return memcmp(&a->shape.line, &b->shape.line, sizeof(a->shape.line)) == 0;
-    case PNB_LIGHT_POINT:
-        return memcmp(&a->shape.point, &b->shape.point, sizeof(a->shape.point)) == 0;
-    case PNB_LIGHT_SUN: return memcmp(&a->shape.sun, &b->shape.sun, sizeof(a->shape.sun)) == 0;
-    }
-    return false;
-}
-
 static bool same_lights(const struct view_state *a, const struct view_state *b)
 {
     bool same = a->light_count == b->light_count;
     for (size_t i = 0; same && i < a->light_count; i++)
-        same = same_light(&a->lights[i].light, &b->lights[i].light);
+        same = view_light_equal(&a->lights[i].light, &b->lights[i].light);
     return same;
 }
 

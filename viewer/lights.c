@@ -25,6 +25,26 @@ void view_light_finish(struct view_light *light)
     *light = (struct view_light){0};
 }
 
+bool view_light_equal(const pnb_light *a, const pnb_light *b)
+{
+    if (a->type != b->type || memcmp(a->color, b->color, sizeof(a->color)) != 0)
+        return false;
+    switch (a->type) {
+    case PNB_LIGHT_RECTANGLE:
+        return memcmp(&a->shape.rectangle, &b->shape.rectangle, sizeof(a->shape.rectangle)) == 0;
+    case PNB_LIGHT_DISK: return memcmp(&a->shape.disk, &b->shape.disk, sizeof(a->shape.disk)) == 0;
+    case PNB_LIGHT_POLYGON:
+        return a->shape.polygon.vertex_count == b->shape.polygon.vertex_count &&
+               memcmp(a->shape.polygon.vertices, b->shape.polygon.vertices,
+                      a->shape.polygon.vertex_count * 3 * sizeof(double)) == 0;
+    case PNB_LIGHT_LINE: return memcmp(&a->shape.line, &b->shape.line, sizeof(a->shape.line)) == 0;
+    case PNB_LIGHT_POINT:
+        return memcmp(&a->shape.point, &b->shape.point, sizeof(a->shape.point)) == 0;
+    case PNB_LIGHT_SUN: return memcmp(&a->shape.sun, &b->shape.sun, sizeof(a->shape.sun)) == 0;
+    }
+    return false;
+}
+
 /* A unit vector perpendicular to n, level where it can be. */
 static vec3 level_axis(vec3 n)
 {

@@ -22,6 +22,8 @@ struct view_frame_axes {
 
 void view_light_copy(struct view_light *to, const pnb_light *from);
 void view_light_finish(struct view_light *light);
+/* Of the same shape and colour, to the bit. */
+bool view_light_equal(const pnb_light *a, const pnb_light *b);
 
 /* middle and distance: where a sun is drawn, distance against its direction from middle. */
 struct view_frame_axes view_light_axes(const struct view_light *light, vec3 middle,

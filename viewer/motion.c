@@ -107,6 +107,11 @@ void view_motion_stop(struct view_motion *motion)
     view_window_refresh(motion->app->window);
 }
 
+void view_motion_forget(struct view_motion *motion)
+{
+    motion->offset = v3(0, 0, 0);
+}
+
 void view_motion_rewind(struct view_motion *motion)
 {
     bool ran = motion->tick != 0;

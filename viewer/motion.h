@@ -25,6 +25,8 @@ void view_motion_start(struct view_motion *motion);
 void view_motion_stop(struct view_motion *motion);
 /* Back to where it began. */
 void view_motion_rewind(struct view_motion *motion);
+/* What moved has been put elsewhere: that is where its path begins. */
+void view_motion_forget(struct view_motion *motion);
 bool view_motion_running(const struct view_motion *motion);
 /* What moves, or would. */
 struct view_pick view_motion_pick(const struct view_motion *motion);

@@ -67,7 +67,7 @@ one_line() { # status pattern
     [ "$code" = "$1" ] && [ "$(wc -l <err)" = 1 ] && grep -q "$2" err
 }
 
-echo 1..31
+echo 1..33
 
 env -u DISPLAY "$penumbra" view builtin:prism >out 2>err
 code=$?
@@ -183,6 +183,58 @@ END
     "$penumbra" compare dragged.json --help >/dev/null 2>&1
 [ -s dragged.png ] && cmp dragged.png render.png >out 2>&1
 report $? dragged_scene_is_saved_as_it_is_seen
+
+script undo_and_redo builtin:two-boxes <<'END'
+truth 0
+wait full
+screenshot undo-0.png
+action win.undo
+press move
+move-by 30 10
+move-by 40 20
+release
+expect moved
+wait full
+screenshot undo-1.png
+select object tall box
+press move
+move-by 10 4
+move-by 30 4
+release
+shape disk
+add-light polygon
+remove-light
+remove-light
+wait full
+screenshot undo-2.png
+action win.undo
+action win.undo
+action win.undo
+action win.undo
+action win.undo
+wait full
+screenshot undo-1-again.png
+action win.undo
+action win.undo
+action win.undo
+wait full
+screenshot undo-0-again.png
+action win.redo
+wait full
+screenshot undo-1-redone.png
+action win.redo
+action win.redo
+action win.redo
+action win.redo
+action win.redo
+action win.redo
+wait full
+screenshot undo-2-redone.png
+END
+! cmp -s undo-0.png undo-1.png && ! cmp -s undo-1.png undo-2.png &&
+    cmp undo-0.png undo-0-again.png >out 2>&1 && cmp undo-1.png undo-1-again.png >out 2>&1 &&
+    cmp undo-1.png undo-1-redone.png >out 2>&1 && cmp undo-2.png undo-2-redone.png >out 2>&1
+report $? undone_is_as_it_was
 
 printf '{"lights": [' >broken.json
 printf 'no mesh' >broken.glb
@@ -473,6 +525,12 @@ hand() { # WHAT; fails if the script ended before
     return 1
 }
 
+drag_handle() { # the one that the script named last
+    set -- $(sed -n 's/^move //p' out | tail -n 1)
+    xdotool mousemove "$1" "$2" mousedown 1 sleep 0.1 mousemove_relative 20 10 sleep 0.1 \
+        mousemove_relative 20 10 sleep 0.1 mouseup 1
+}
+
 type_path() { # into the dialog
     xdotool key ctrl+o
     timeout 20 xdotool search --sync --onlyvisible --name '^Open a Scene$' >/dev/null
@@ -505,6 +563,10 @@ wait full
 where move
 say ready pointer
 await moved
+select object tall box
+where move
+say ready occluder
+await moved
 say ready keys
 await second hard-map
 await method planar
@@ -532,10 +594,8 @@ END
     : >drops
     timeout 100 "$penumbra" view builtin:two-boxes -s 320x240 --script events.script >out 2>err &
     view=$!
-    hand pointer
-    set -- $(sed -n 's/^move //p' out)
-    xdotool mousemove "$1" "$2" mousedown 1 sleep 0.1 mousemove_relative 20 10 sleep 0.1 \
-        mousemove_relative 20 10 sleep 0.1 mouseup 1
+    hand pointer && drag_handle
+    hand occluder && drag_handle
     hand keys && xdotool key c sleep 0.3 key F10 sleep 0.5 key Escape sleep 0.5 key m
     hand tab && xdotool key Tab sleep 0.2 key Tab
     hand dialog && type_path "$work/broken.json"
