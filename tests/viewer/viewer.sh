@@ -67,7 +67,7 @@ one_line() { # status pattern
     [ "$code" = "$1" ] && [ "$(wc -l <err)" = 1 ] && grep -q "$2" err
 }
 
-echo 1..33
+echo 1..34
 
 env -u DISPLAY "$penumbra" view builtin:prism >out 2>err
 code=$?
@@ -376,9 +376,14 @@ action win.shortcuts
 wait 300
 END
 
-timeout 100 "$penumbra" view builtin:two-boxes -s 320x240 --script drag --frames 40 --json >out 2>err
-[ $? = 0 ] && grep -q '"p99": [0-9.]*' out && grep -q '"frames": 40' out
+timeout 100 "$penumbra" view builtin:two-boxes -s 320x240 --script drag --frames 160 --json >out 2>err
+[ $? = 0 ] && grep -q '"p99": [0-9.]*' out && grep -q '"frames": 160' out
 report $? measured_drag
+# In kilobytes, at the half (the 6th of 11) and at the end: caches are full, nothing more may stay.
+# (docs/view.md has it over 30,000 frames.)
+grep -o '"heap_kb": [0-9]*' out | awk '{ at[NR] = $2 }
+    END { print "# " at[6] " to " at[11] " KB"; exit !(NR == 11 && at[11] <= at[6] + 512) }'
+report $? memory_is_steady
 
 # Methods on OpenGL draw in the window's own context, of desktop OpenGL and of ES. What is on the
 # screen is `render`'s picture but for edges, what is saved is it to the byte.
