@@ -25,7 +25,8 @@ struct compare_entry {
     bool figures_only;               /* one of a series: no pictures on the page */
     const struct cli_choice *choice; /* NULL: none was given */
     bool picture_only;               /* a file with colours: judged by its picture */
-    double prepare_ms, milliseconds; /* NaN for files */
+    double prepare_ms, milliseconds; /* NaN for files, as the next */
+    double processor_ms;             /* of a frame, all threads */
     pnb_errors errors;
     float *error; /* per pixel, V - truth; NaN where nothing is counted; gone once it is drawn */
     struct compare_png picture;

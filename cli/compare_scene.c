@@ -384,7 +384,7 @@ static int run_method(struct bench *bench, struct compare_entry *entry, bool *le
     pnb_status status = compare_entry_solver(bench->session->context, bench->scene, entry, &solver);
     if (status == PNB_OK)
         status = cli_solve(session, solver, &bench->light, &bench->receivers, true,
-                           bench->visibility, &report);
+                           bench->visibility, &report, &entry->processor_ms);
     if (status == PNB_OK) {
         entry->milliseconds = report.visibility_ms;
         keep_report(entry, &report);
@@ -447,7 +447,7 @@ static int judge_picture(struct bench *bench, struct compare_entry *entry, const
 
 static int run_image(struct bench *bench, struct compare_entry *entry, const pnb_image *image)
 {
-    entry->milliseconds = entry->prepare_ms = NAN;
+    entry->milliseconds = entry->prepare_ms = entry->processor_ms = NAN;
     entry->picture_only = image->channels == 3;
     if (entry->picture_only)
         return judge_picture(bench, entry, image);

@@ -107,7 +107,7 @@ static int solve_light(struct render *render, size_t index, const pnb_receivers 
         return cli_error("memory", "none left for %zu pixels", receivers->count);
 
     if (cli_solve(&render->session, render->solver, &light, receivers, render->options->json,
-                  result->visibility, &result->report) != PNB_OK)
+                  result->visibility, &result->report, NULL) != PNB_OK)
         return cli_session_fail(&render->session);
     render->prepare_ms = result->report.prepare_ms;
     char processor[256];

@@ -21,6 +21,7 @@ static json_t *entry_json(const struct compare_run *run, const struct compare_en
         double value;
     } figures[] = {
         {"milliseconds", entry->milliseconds},
+        {"processor_milliseconds", entry->processor_ms},
         {"prepare_milliseconds", entry->prepare_ms},
         {"rmse", errors->rmse},
         {"mean_error", errors->mean_error},

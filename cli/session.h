@@ -54,10 +54,11 @@ int cli_check_writable(const char *path);
 int cli_make_folder(const char *path);
 
 /* pnb_solver_visibility(), then its report. steady: a quick one is run several times, and
- * report->visibility_ms is the median: the steady-state cost of a frame. */
+ * report->visibility_ms is the median: the steady-state cost of a frame. processor_ms: the median
+ * of what it took of the processor, all threads, other than on a graphics card; or NULL. */
 pnb_status cli_solve(const struct cli_session *session, pnb_solver *solver, const pnb_light *light,
                      const pnb_receivers *receivers, bool steady, float *visibility,
-                     pnb_solver_report *report);
+                     pnb_solver_report *report, double *processor_ms);
 
 double cli_median(double *values, size_t count); /* sorts them; count at least 1 */
 

@@ -1,14 +1,15 @@
 #!/usr/bin/env python3
 """Guards against getting worse: compares every method's errors with ceilings, and its cost with what
-it was, as ratios to rays traced in the same run, so that the machine's speed does not matter.
+it was, as ratios to rays traced in the same run, so that the machine's speed does not matter; in time of
+the processor, so that what else runs does not matter much.
 
     tools/bench_check.py BUILD             says what got worse; exit status 1 if anything did
     tools/bench_check.py BUILD --update    measures and writes bench/check.json anew
 
 An error is worse when it is above its ceiling: what was measured at the last update and 5 % (leaks and
 darkening: 0.2 % of the pixels) more. A cost is worse when a method's mean ratio over its scenes grew
-by more than half, or a single one to five times. Times on a busy machine are noisy: what costs more
-is measured again, three times in all, and the best counts. Rows below a millisecond are not judged.
+by more than half, or a single one to five times. Times are noisy: what costs more is measured again,
+three times in all, and the least times count. Rows below a millisecond are not judged.
 Ratios differ between kinds of processors and renderers: on another one than the table's, costs are
 notes and only errors can get worse.
 """
@@ -42,13 +43,13 @@ def measure(build):
         {m["device"] for s in report["scenes"] for m in s["methods"]} - {report["processor"]})}}
     for scene in report["scenes"]:
         found = {m["label"]: m for m in scene["methods"]}
-        unit = found[YARDSTICK]["milliseconds"]
+        unit = found[YARDSTICK]["processor_milliseconds"]
         for label, m in found.items():
             if not m["pixels"]:
                 continue
             row = {key: m[key] for key in ERRORS}
-            row["ms"] = m["milliseconds"]
-            row["cost"] = m["milliseconds"] / unit
+            row["ms"], row["unit"] = m["processor_milliseconds"], unit
+            row["cost"] = row["ms"] / unit
             rows[(scene["scene"].removeprefix("builtin:"), label)] = row
     return rows
 
@@ -109,10 +110,12 @@ def judge(rows, table):
 
 
 def best(rows, more):
-    """The lesser costs of two runs; errors are the same in both."""
+    """The lesser times of two runs, of the methods and of the yardstick; errors are the same in both."""
     for key, row in more.items():
-        if key and key in rows and row["cost"] < rows[key]["cost"]:
-            rows[key]["cost"], rows[key]["ms"] = row["cost"], row["ms"]
+        if key and key in rows:
+            for time in "ms", "unit":
+                rows[key][time] = min(rows[key][time], row[time])
+            rows[key]["cost"] = rows[key]["ms"] / rows[key]["unit"]
     return rows
 
 
@@ -140,7 +143,9 @@ def main(words):
     rows = measure(words[0])
     if len(words) == 1:
         return compare(words[0], rows)
-    return update(best(rows, measure(words[0])))
+    for _ in range(TURNS - 1):
+        rows = best(rows, measure(words[0]))
+    return update(rows)
 
 
 if __name__ == "__main__":
