@@ -6,7 +6,10 @@
  * measured in turns with it. A frame is what pnb_solver_report.visibility_ms holds: nothing is kept
  * from the frame before. The processor time beside it is that of the whole call, uploading the
  * receivers and reading back included: on a software rasteriser, and a machine that does other
- * work, it is the steadier figure. */
+ * work, it is the steadier figure.
+ *
+ * --boundary: instead, how many pixels about the boundaries of umbrae and penumbrae lie on the
+ * wrong side of them by more than 1.5 texels (dbuffer_boundary.h). */
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -15,7 +18,10 @@
 
 #include <penumbra/penumbra.h>
 
+#include "dbuffer_boundary.h"
+
 #define METHODS_MAX 8
+enum { BOUNDARY_WIDTH = 640, BOUNDARY_HEIGHT = 480 };
 
 static const struct {
     const char *scene;
@@ -109,11 +115,90 @@ static void measure(pnb_context *context, const char *name, int size, const stru
     pnb_scene_destroy(scene);
 }
 
+/* ---- Boundaries ---- */
+
+static void write_picture(pnb_context *context, const char *folder, const char *name,
+                          const float *visibility, const uint8_t *mark)
+{
+    char path[512];
+    pnb_image image;
+    snprintf(path, sizeof(path), "%s/%s.png", folder, name);
+    if (pnb_image_create(context, BOUNDARY_WIDTH, BOUNDARY_HEIGHT, 3, &image) != PNB_OK)
+        die(context);
+    for (size_t i = 0; i < BOUNDARY_WIDTH * BOUNDARY_HEIGHT; i++) {
+        float grey = visibility[i] == visibility[i] ? 0.2f + 0.6f * visibility[i] : 0.1f;
+        float *to = image.data + 3 * i;
+        to[0] = mark[i] & 4 ? 1 : mark[i] & 8 ? 0 : grey;
+        to[1] = mark[i] & 12 ? 0 : grey;
+        to[2] = mark[i] & 4 ? 0 : mark[i] & 8 ? 1 : grey;
+    }
+    if (pnb_image_write(context, path, &image) != PNB_OK)
+        die(context);
+    pnb_image_finish(context, &image);
+}
+
+static void boundaries(pnb_context *context, bool json, int size, const char *folder)
+{
+    static const struct {
+        const char *scene, *title;
+        double radius; /* of a disk 3.2 m over the prism; 0: the scene's own light */
+    } rows[] = {{"prism", "prism-0.05", 0.05},       {"prism", "prism-0.2", 0.2},
+                {"prism", "prism-0.8", 0.8},         {"distance-1", "distance-1", 0},
+                {"distance-2", "distance-2", 0},     {"distance-3", "distance-3", 0},
+                {"distance-4", "distance-4", 0},     {"light-size-1", "light-size-1", 0},
+                {"light-size-2", "light-size-2", 0}, {"light-size-3", "light-size-3", 0},
+                {"light-size-4", "light-size-4", 0}};
+    static float visibility[BOUNDARY_WIDTH * BOUNDARY_HEIGHT];
+    static uint8_t mark[BOUNDARY_WIDTH * BOUNDARY_HEIGHT];
+    printf(json ? "{\"rows\": ["
+                : "pixels about a boundary, and the share within 1.5 texels of it\n");
+    for (size_t i = 0; i < sizeof(rows) / sizeof(*rows); i++) {
+        char path[64];
+        pnb_scene *scene;
+        pnb_light light;
+        struct boundary b;
+        snprintf(path, sizeof(path), "builtin:%s", rows[i].scene);
+        if (pnb_scene_load(context, path, &scene) != PNB_OK)
+            die(context);
+        pnb_scene_light(scene, 0, &light);
+        if (rows[i].radius > 0)
+            light = (pnb_light){.type = PNB_LIGHT_DISK,
+                                .color = {1, 1, 1},
+                                .shape.disk = {{0.3, 3.2, 0.4}, {0, -1, 0}, rows[i].radius}};
+        if (boundary_measure(context, scene, &light, BOUNDARY_WIDTH, BOUNDARY_HEIGHT, size, &b,
+                             mark, visibility) != PNB_OK)
+            die(context);
+        double within[2];
+        for (int k = 0; k < 2; k++)
+            within[k] = b.near[k] ? 1 - (double)b.off[k] / (double)b.near[k] : 1;
+        if (json)
+            printf("%s\n  {\"scene\": \"%s\", \"size\": %d, \"texel\": %.4g, "
+                   "\"umbra_pixels\": %zu, \"umbra_within\": %.5f, \"outer_pixels\": %zu, "
+                   "\"outer_within\": %.5f}",
+                   i ? "," : "", rows[i].title, b.size, b.texel, b.near[0], within[0], b.near[1],
+                   within[1]);
+        else
+            printf("%-14s %d^2  texel %.2f mrad  umbra %6zu %7.2f %%  outer %6zu %7.2f %%\n",
+                   rows[i].title, b.size, 1e3 * b.texel, b.near[0], 100 * within[0], b.near[1],
+                   100 * within[1]);
+        if (folder)
+            write_picture(context, folder, rows[i].title, visibility, mark);
+        pnb_scene_destroy(scene);
+    }
+    if (json)
+        printf("\n]}\n");
+}
+
 static int usage(void)
 {
-    printf("usage: penumbra bench dbuffer [--json] [--runs N] [--all]\n\n"
+    printf("usage: penumbra bench dbuffer [--json] [--runs N] [--all]\n"
+           "       penumbra bench dbuffer --boundary [--json] [--size N] [--pictures DIR]\n\n"
            "  --runs N   frames per cell (default 5); the best one counts\n"
-           "  --all      beside it hard-volume, pcss, and dbuffer's other choices\n");
+           "  --all      beside it hard-volume, pcss, and dbuffer's other choices\n"
+           "  --boundary instead: pixels within 1.5 texels of the boundaries\n"
+           "  --size N   texels of the D-buffer there (default 1024)\n"
+           "  --pictures DIR  and where not: pixels of the umbra's in red, the outer one's in "
+           "blue\n");
     return 0;
 }
 
@@ -128,8 +213,9 @@ int main(int argc, char **argv)
         {"hard-volume", "hard-volume", {{NULL}}, 0},
         {"pcss", "pcss", {{NULL}}, 0},
     };
-    bool json = false;
-    int runs = 5;
+    bool json = false, boundary = false;
+    int runs = 5, size = 1024;
+    const char *folder = NULL;
     size_t count = 4;
     for (int i = 1; i < argc; i++) {
         if (strcmp(argv[i], "--json") == 0)
@@ -138,6 +224,12 @@ int main(int argc, char **argv)
             count = sizeof(columns) / sizeof(*columns);
         else if (strcmp(argv[i], "--runs") == 0 && i + 1 < argc && atoi(argv[i + 1]) > 0)
             runs = atoi(argv[++i]);
+        else if (strcmp(argv[i], "--boundary") == 0)
+            boundary = true;
+        else if (strcmp(argv[i], "--size") == 0 && i + 1 < argc && atoi(argv[i + 1]) > 0)
+            size = atoi(argv[++i]);
+        else if (strcmp(argv[i], "--pictures") == 0 && i + 1 < argc)
+            folder = argv[++i];
         else if (strcmp(argv[i], "--help") == 0 || strcmp(argv[i], "-h") == 0)
             return usage();
         else {
@@ -150,6 +242,11 @@ int main(int argc, char **argv)
     struct cell cells[METHODS_MAX], first[3][METHODS_MAX];
     if (pnb_context_create(NULL, &context) != PNB_OK)
         return 1;
+    if (boundary) {
+        boundaries(context, json, size, folder);
+        pnb_context_destroy(context);
+        return 0;
+    }
     if (json)
         printf("{\"rows\": [");
     else

@@ -245,6 +245,7 @@ static pnb_status draw_disk(pnb_solver *solver, struct opengl_state *state,
     solver_count(solver, "silhouette_faces", (double)v->face_count);
     solver_count(solver, "buffer_faces", b->map.face_count);
     solver_count(solver, "buffer_size", b->map.size);
+    solver_count(solver, "texel", 2 * fmax(b->map.reach[0], b->map.reach[1]) / b->map.size);
     solver_count(solver, "volumes_ms", built - started);
     if (v->skipped_edges > 0)
         solver_warn(solver, "the lines of some silhouette edges meet the light: they are left out");
