@@ -51,7 +51,8 @@ float beyond_both(float h1, float h2, float alpha)
 uniform highp sampler2D lines; // 256 a row; v1, the line before; v2, the line after (volumes.h)
 uniform float radius;
 
-const float ALONG = 0.5;
+const float ALONG = 0.5; // of edges on one side: the cosine between their lines
+const float WIDER = 0.2; // radii
 const vec3 NO_LINE = vec3(1.0, 0.0, -3.0);
 
 // The occluder's side of an edge's line on the unit disk, n.p >= h, as (n, h).
@@ -143,6 +144,11 @@ Cut cut_at(vec4 volume, vec3 x, float d, float side)
     if (side * before.z < 0.0 && reflex.x == (side > 0.0))
         before = NO_LINE;
     if (side * after.z < 0.0 && reflex.y == (side > 0.0))
+        after = NO_LINE;
+    // The nearest tangent plane opens the most: a neighbour that opens far more hides behind others.
+    if (side < 0.0 && !reflex.x && before.z > own.z + WIDER)
+        before = NO_LINE;
+    if (side < 0.0 && !reflex.y && after.z > own.z + WIDER)
         after = NO_LINE;
     // At other corners the edge alone may say so, and the next one knows better;
     // without one, what the volume says stands.

@@ -189,6 +189,64 @@ static void outline_ends(const struct gl_occluders *o, const struct silhouette_d
     ends[first_seen ? 1 : 0] = vertex(o, disk, edge->b);
 }
 
+/* How far off the segment ab, seen from c, stands g: squared, in slopes. */
+static double off_segment(vec3 a, vec3 b, vec3 g)
+{
+    double ax = a.x / a.z - g.x / g.z, ay = a.y / a.z - g.y / g.z;
+    double ex = b.x / b.z - a.x / a.z, ey = b.y / b.z - a.y / a.z, size = ex * ex + ey * ey;
+    double k = size > 0 ? fmin(1, fmax(0, -(ax * ex + ay * ey) / size)) : 0;
+    ax += k * ex, ay += k * ey;
+    return ax * ax + ay * ay;
+}
+
+/* The edges where the centre comes to see the faces, among those around a face that it lies behind:
+ * the nearest one to the face's middle, seen from there. NULL: none near. */
+static const struct gl_edge *nearest_outline(const struct dbuffer_volumes *s,
+                                             const struct gl_occluders *o,
+                                             const struct silhouette_disk *disk, uint32_t triangle)
+{
+    uint32_t known[WALK_STEPS] = {triangle};
+    size_t count = 1;
+    const uint32_t *t = o->indices + 3 * (size_t)triangle;
+    vec3 g = v3_add(v3_add(vertex(o, disk, t[0]), vertex(o, disk, t[1])), vertex(o, disk, t[2]));
+    vec3 n = v3_loadf(o->planes + 4 * (size_t)triangle);
+    vec3 looks = v3(v3_dot(n, disk->u), v3_dot(n, disk->v), 0);
+    const struct gl_edge *best = NULL;
+    double least = INFINITY;
+    if (g.z <= 0)
+        return NULL;
+    for (size_t at = 0; at < count; at++)
+        for (int i = 0; i < 3; i++) {
+            uint32_t e = s->across[3 * (size_t)known[at] + (size_t)i];
+            if (e == MESH_NONE)
+                continue;
+            const struct gl_edge *edge = &o->edges[e];
+            uint32_t other = edge->first == known[at] ? edge->second : edge->first;
+            if (other == MESH_NONE)
+                continue;
+            if (height_over(o, disk, other) > 0) {
+                vec3 ends[2];
+                outline_ends(o, disk, edge, ends);
+                vec3 out = v3_cross(ends[0], ends[1]);
+                double along = out.x * looks.x + out.y * looks.y;
+                bool ahead = ends[0].z > 0 && ends[1].z > 0 &&
+                             along > OUTLINE_COSINE * hypot(out.x, out.y) * hypot(looks.x, looks.y);
+                double off = ahead ? off_segment(ends[0], ends[1], g) : INFINITY;
+                if (off < least) {
+                    least = off;
+                    best = edge;
+                }
+                continue;
+            }
+            bool seen = count == WALK_STEPS;
+            for (size_t k = 0; k < count && !seen; k++)
+                seen = known[k] == other;
+            if (!seen)
+                known[count++] = other;
+        }
+    return best;
+}
+
 /* The outline before an umbra edge of a closed mesh: the edge itself if the centre sees one of its
  * faces. */
 static const struct gl_edge *outline_of_edge(const struct dbuffer_volumes *s,
@@ -424,7 +482,7 @@ static bool add_faces(struct dbuffer_volumes *s, const struct gl_occluders *o,
              t < (object->first_index + object->index_count) / 3; t++) {
             if (s->facing[t] != SILHOUETTE_FACE || height_over(o, disk, (uint32_t)t) > 0)
                 continue;
-            const struct gl_edge *edge = find_outline(s, o, disk, (uint32_t)t, v3(0, 0, 0));
+            const struct gl_edge *edge = nearest_outline(s, o, disk, (uint32_t)t);
             vec3 ends[2];
             double points[2][2] = {{0}};
             if (edge) {
