@@ -38,6 +38,10 @@
 #define ALONG_COSINE 0.35
 /* An outline belongs to an edge whose extrusion point lies within 60 degrees of where it looks. */
 #define OUTLINE_COSINE 0.5
+/* Concave edges in a row that join two silhouette edges, at most. */
+#define BRIDGES_MAX 3
+/* and how far they may lead, seen from the light's centre, in its radii. */
+#define BRIDGE_MOST 0.15
 /* Quads that part by more than this have no common corner to speak of. */
 #define CORNER_MAX (0.9 * M_PI)
 
@@ -48,8 +52,8 @@ struct dbuffer_link {
     double p[2];
     uint32_t next_out; /* of those that begin in vertex[0] */
     bool taken;        /* a corner ends in vertex[0] already */
+    bool bridge;       /* a concave edge: no silhouette, but joins two of them */
     bool cut[2];       /* by the light's plane */
-    bool outlined;     /* its outline is known, not only assumed */
     size_t object;
     size_t piece;
 };
@@ -409,6 +413,51 @@ static void join_lines(struct dbuffer_volumes *s, bool penumbra, const struct db
     }
 }
 
+/* A concave edge between silhouette edges, in their direction. */
+static bool add_bridge(struct dbuffer_volumes *s, const struct gl_edge *edge, bool penumbra,
+                       size_t object)
+{
+    bool first_seen = penumbra ? s->facing[edge->first] == SILHOUETTE_ALL_FRONTFACING
+                               : s->facing[edge->first] != SILHOUETTE_NONE_FRONTFACING;
+    if (!memory_reserve(s->context, (void **)&s->links, &s->link_capacity, s->link_count, 1,
+                        sizeof(*s->links)))
+        return false;
+    s->links[s->link_count++] = (struct dbuffer_link){
+        .vertex = {first_seen ? edge->a : edge->b, first_seen ? edge->b : edge->a},
+        .object = object,
+        .bridge = true};
+    return true;
+}
+
+/* Of several edges that leave a vertex, the one that turns least. */
+static struct dbuffer_link *find_next(const struct dbuffer_volumes *s,
+                                      const struct dbuffer_link *in, uint32_t from,
+                                      double *out_turn)
+{
+    struct dbuffer_link *best = NULL;
+    for (uint32_t k = s->heads[from]; k != MESH_NONE; k = s->links[k].next_out) {
+        struct dbuffer_link *out = &s->links[k];
+        if (out->bridge || out->taken || out->cut[0] || out->object != in->object)
+            continue;
+        double turn = atan2(in->p[0] * out->p[1] - in->p[1] * out->p[0],
+                            in->p[0] * out->p[0] + in->p[1] * out->p[1]);
+        if (!best || fabs(turn) < fabs(*out_turn)) {
+            best = out;
+            *out_turn = turn;
+        }
+    }
+    return best;
+}
+
+static uint32_t cross_bridge(const struct dbuffer_volumes *s, const struct dbuffer_link *in,
+                             uint32_t from)
+{
+    for (uint32_t k = s->heads[from]; k != MESH_NONE; k = s->links[k].next_out)
+        if (s->links[k].bridge && s->links[k].object == in->object)
+            return s->links[k].vertex[1];
+    return MESH_NONE;
+}
+
 /* Joins neighbouring edges; fans where their quads part. */
 static bool add_fans(struct dbuffer_volumes *s, const struct gl_occluders *o, bool penumbra,
                      double radius)
@@ -424,35 +473,38 @@ static bool add_fans(struct dbuffer_volumes *s, const struct gl_occluders *o, bo
     }
     for (size_t i = 0; i < s->link_count; i++) {
         const struct dbuffer_link *in = &s->links[i];
-        struct dbuffer_link *best = NULL;
-        double best_turn = 0;
-        if (in->cut[1])
+        if (in->bridge || in->cut[1])
             continue;
-        /* Of several edges that leave this vertex, the one that turns least. */
-        for (uint32_t k = s->heads[in->vertex[1]]; k != MESH_NONE; k = s->links[k].next_out) {
-            struct dbuffer_link *out = &s->links[k];
-            if (out->taken || out->cut[0] || out->object != in->object)
-                continue;
-            double turn = atan2(in->p[0] * out->p[1] - in->p[1] * out->p[0],
-                                in->p[0] * out->p[0] + in->p[1] * out->p[1]);
-            if (!best || fabs(turn) < fabs(best_turn)) {
-                best = out;
-                best_turn = turn;
-            }
+        double turn = 0;
+        uint32_t vertex = in->vertex[1];
+        struct dbuffer_link *out = find_next(s, in, vertex, &turn);
+        for (int k = 0; k < BRIDGES_MAX && !out && vertex != MESH_NONE; k++) {
+            vertex = cross_bridge(s, in, vertex);
+            out = vertex != MESH_NONE ? find_next(s, in, vertex, &turn) : NULL;
         }
-        if (!best)
+        if (!out)
             continue;
-        best->taken = true;
+        if (vertex != in->vertex[1]) {
+            vec3 a = in->ends[1], b = out->ends[0];
+            if (hypot(b.x - a.x * b.z / a.z, b.y - a.y * b.z / a.z) > BRIDGE_MOST * radius)
+                continue;
+        }
+        out->taken = true;
         /* The solid is on the left, so an outline seen from the light along +z turns clockwise
          * in (x, y) around what is convex. */
-        if (fabs(best_turn) > M_PI - 1e-6)
-            best_turn = penumbra ? -M_PI : M_PI;
-        bool parted = (best_turn < 0) == penumbra;
+        if (fabs(turn) > M_PI - 1e-6)
+            turn = penumbra ? -M_PI : M_PI;
+        bool parted = (turn < 0) == penumbra;
         /* Small open pieces, as leaves, hide one another: what passes one on two sides is too much.
          */
         if (parted || o->objects[in->object].closed)
-            join_lines(s, penumbra, in, best, best_turn);
-        if (fabs(best_turn) > 1e-9 && parted && !add_fan(s, penumbra, radius, in, best, best_turn))
+            join_lines(s, penumbra, in, out, turn);
+        if (fabs(turn) <= 1e-9 || !parted)
+            continue;
+        struct dbuffer_link far_end = *in;
+        far_end.ends[1] = out->ends[0];
+        if (!add_fan(s, penumbra, radius, in, out, turn) ||
+            (vertex != in->vertex[1] && !add_fan(s, penumbra, radius, &far_end, out, turn)))
             return false;
     }
     return true;
@@ -555,6 +607,8 @@ pnb_status dbuffer_volumes_build(struct dbuffer_volumes *s, const struct gl_occl
                         continue;
                     if (is_concave(o, edge)) {
                         s->concave_edges++;
+                        if (plain && !add_bridge(s, edge, penumbra, k))
+                            return status_no_memory(s->context, 0);
                         continue;
                     }
                 }
