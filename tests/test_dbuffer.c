@@ -15,6 +15,7 @@
 
 #include <penumbra/penumbra.h>
 
+#include "../bench/dbuffer_boundary.h"
 #include "method/dbuffer/map.h"
 #include "method/dbuffer/volumes.h"
 #include "scene/scene.h"
@@ -451,6 +452,36 @@ static void boundaries_are_right(void **state)
     }
 }
 
+/* The same against exact's boundaries, which any occluder has; what falls short is in
+ * docs/dbuffer.md. */
+static void boundaries_of_scenes(void **state)
+{
+    enum { BW = 320, BH = 240 };
+    static float value[BW * BH];
+    static const struct {
+        const char *scene;
+        double umbra, outer; /* at least this share within 1.5 texels */
+    } cases[] = {{"distance-1", 0, 0.99},      {"distance-2", 0.97, 0.99},
+                 {"distance-3", 0.98, 0.99},   {"distance-4", 0.99, 0.99},
+                 {"light-size-1", 0.98, 0.99}, {"light-size-2", 0.94, 0.99}};
+    need_device();
+    for (size_t k = 0; k < sizeof(cases) / sizeof(*cases); k++) {
+        pnb_scene *scene;
+        pnb_light light;
+        struct boundary b;
+        assert_int_equal(scene_builtin(context, cases[k].scene, &scene), PNB_OK);
+        pnb_scene_light(scene, 0, &light);
+        assert_int_equal(boundary_measure(context, scene, &light, BW, BH, 1024, &b, NULL, value),
+                         PNB_OK);
+        print_message("%s: umbra's boundary %zu pixels, %zu off; outer %zu, %zu off\n",
+                      cases[k].scene, b.near[0], b.off[0], b.near[1], b.off[1]);
+        assert_true(b.near[1] > 60);
+        assert_true((double)b.off[0] <= (1 - cases[k].umbra) * (double)b.near[0]);
+        assert_true((double)b.off[1] <= (1 - cases[k].outer) * (double)b.near[1]);
+        pnb_scene_destroy(scene);
+    }
+}
+
 static void point_light_is_hard_map(void **state)
 {
     need_device();
@@ -484,17 +515,17 @@ static void errors_stay_below_ceilings(void **state)
         const char *scene;
         double two, one, paper; /* layers=2; layers=1; layers=2 with the paper's V(t) */
     } cases[] = {
-        {"distance-1", 0.029, 0.04, 0.046},
-        {"distance-2", 0.02, 0.022, 0.037},
-        {"distance-3", 0.026, 0.029, 0.04},
-        {"distance-4", 0.041, 0.041, 0.049},
+        {"distance-1", 0.024, 0.035, 0.041},
+        {"distance-2", 0.016, 0.016, 0.036},
+        {"distance-3", 0.018, 0.018, 0.037},
+        {"distance-4", 0.023, 0.023, 0.04},
         {"light-size-1", 0.034, 0.08, 0.043},
-        {"light-size-2", 0.032, 0.088, 0.042},
-        {"light-size-3", 0.065, 0.105, 0.07},
-        {"light-size-4", 0.12, 0.14, 0.117},
-        {"complex", 0.062, 0.095, 0.067},
-        {"disk", 0.042, 0.06, 0.051},
-        {"triangle-light", 0.037, 0.037, 0.051},
+        {"light-size-2", 0.031, 0.085, 0.042},
+        {"light-size-3", 0.062, 0.102, 0.068},
+        {"light-size-4", 0.111, 0.135, 0.11},
+        {"complex", 0.057, 0.09, 0.062},
+        {"disk", 0.037, 0.057, 0.047},
+        {"triangle-light", 0.036, 0.036, 0.05},
         {"prism", 0.075, 0, 0}, /* no umbra under its own light */
     };
     for (size_t k = 0; k < sizeof(cases) / sizeof(*cases); k++) {
@@ -641,6 +672,7 @@ int main(void)
         cmocka_unit_test(volumes_of_a_convex_occluder),
         cmocka_unit_test(straight_edge_is_exact),
         cmocka_unit_test(boundaries_are_right),
+        cmocka_unit_test(boundaries_of_scenes),
         cmocka_unit_test(point_light_is_hard_map),
         cmocka_unit_test(one_convex_occluder),
         cmocka_unit_test(errors_stay_below_ceilings),
