@@ -54,6 +54,9 @@ method two-boxes-line-map two-boxes line-map
 method thin-wires-truth thin-wires reference -n 4096
 method thin-wires-planar-3 thin-wires planar -n 3
 method thin-wires-planar-64 thin-wires planar -n 64
+method light-in-solid-truth light-in-solid reference -n 4096
+method light-in-solid-pcss light-in-solid pcss
+method light-in-solid-hard-volume light-in-solid hard-volume
 method fence-truth fence reference -n 4096
 method fence-exact fence exact
 method fence-hard-map fence hard-map -p size=256
