@@ -102,9 +102,10 @@ bool view_focus_walk(GtkWindow *window, GtkWidget *from, char *why, size_t size)
     for (int i = 0; i < STATIONS_MAX; i++) {
         GtkWidget *focus = gtk_window_get_focus(window);
         GtkWidget *station = focus ? whole(focus) : NULL;
-        if (!station || (i > 0 && station == from))
+        if (i > 0 && station == from)
             break;
-        if (!g_ptr_array_find(seen, station, NULL)) {
+        /* Behind the last control none has it; the next step is to the first. */
+        if (station && !g_ptr_array_find(seen, station, NULL)) {
             const char *name = name_of(station);
             g_ptr_array_add(seen, station);
             printf("%u %s '%s'\n", seen->len, G_OBJECT_TYPE_NAME(station), name ? name : "");

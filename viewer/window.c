@@ -6,6 +6,7 @@
 #include "window.h"
 
 #include "actions.h"
+#include "focus.h"
 #include "panels.h"
 #include "script.h"
 
@@ -393,6 +394,20 @@ static gboolean on_drop(GtkDropTarget *target, const GValue *value, double x, do
     return path != NULL;
 }
 
+/* The button that closes an info bar, which GTK gives no name. */
+static GtkWidget *button_below(GtkWidget *widget)
+{
+    if (GTK_IS_BUTTON(widget))
+        return widget;
+    for (GtkWidget *child = gtk_widget_get_first_child(widget); child;
+         child = gtk_widget_get_next_sibling(child)) {
+        GtkWidget *button = button_below(child);
+        if (button)
+            return button;
+    }
+    return NULL;
+}
+
 static GtkWidget *make_banner(struct view_window *window)
 {
     window->banner = gtk_info_bar_new();
@@ -401,12 +416,14 @@ static GtkWidget *make_banner(struct view_window *window)
     gtk_label_set_wrap_mode(GTK_LABEL(window->banner_text), PANGO_WRAP_WORD_CHAR);
     gtk_label_set_xalign(GTK_LABEL(window->banner_text), 0);
     gtk_label_set_selectable(GTK_LABEL(window->banner_text), TRUE);
-    gtk_widget_set_focusable(window->banner_text, FALSE);
     gtk_widget_set_hexpand(window->banner_text, TRUE);
     gtk_info_bar_add_child(GTK_INFO_BAR(window->banner), window->banner_text);
     gtk_info_bar_set_message_type(GTK_INFO_BAR(window->banner), GTK_MESSAGE_WARNING);
     gtk_info_bar_set_show_close_button(GTK_INFO_BAR(window->banner), TRUE);
     gtk_info_bar_set_revealed(GTK_INFO_BAR(window->banner), FALSE);
+    GtkWidget *close = button_below(window->banner);
+    if (close)
+        view_focus_name(close, "Close the message");
     g_signal_connect(window->banner, "response", G_CALLBACK(on_banner), window);
     return window->banner;
 }

@@ -372,6 +372,9 @@ wait full
 tab
 page motion
 tab
+open missing.json
+expect banner missing.json
+tab
 action win.shortcuts
 wait 300
 END
