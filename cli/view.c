@@ -18,8 +18,8 @@ static const char help_text[] =
     "Without\n"
     "SCENE a built-in one is shown; files can be opened or dropped.\n\n"
     "--methods A,B puts two methods side by side with a divider. --script drives the window for\n"
-    "measurements and tests: first, drag, drag-object or orbit measure, a FILE of commands does\n"
-    "what it says (docs/view.md); the exit status is 1 if it could not.\n\n"
+    "measurements and tests: first, drag, drag-object, orbit and repaint measure, a FILE of\n"
+    "commands does what it says (docs/view.md); the exit status is 1 if it could not.\n\n"
     "examples\n"
     "  penumbra view builtin:two-boxes\n"
     "  penumbra view cow.obj --methods exact,reference\n"
@@ -190,8 +190,8 @@ int command_view(int argc, char **argv)
 {
     const char *script = NULL, *frames = NULL, *full_size = NULL;
     const struct cli_extra extras[] = {
-        {"script", "NAME|FILE", "drive the window: first, drag, drag-object, orbit, repaint or a file",
-         &script},
+        {"script", "NAME|FILE",
+         "drive the window: first, drag, drag-object, orbit, repaint or a file", &script},
         {"frames", "N", "frames of a measured drag (default 300)", &frames},
         {"full-size", NULL, "keep all pixels while something moves", &full_size}};
     const struct cli_command command = {
