@@ -140,6 +140,13 @@ for texels in 32 128 512; do
     "$penumbra" render builtin:distance-4 -m dbuffer -o "$picture" -s 240x180 -q -p size=$texels \
         -p filter=nearest
 done
+# Where umbra and outer boundary are more than 1.5 texels off.
+marked=$(mktemp -d)
+"$penumbra" bench dbuffer --boundary --pictures "$marked"
+for scene in distance-3 light-size-2; do
+    cp "$marked/$scene.png" "docs/pictures/dbuffer/boundary-$scene.png"
+done
+rm -r "$marked"
 # A blade: two silhouette edges that meet at 8 degrees.
 blade=$(mktemp -d)
 cat >"$blade/blade.obj" <<'OBJ'
