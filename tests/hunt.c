@@ -615,15 +615,7 @@ static void try_case(const struct hunted *c, const pnb_method_info *method, stru
 static const struct {
     const char *method, *name, *text;
 } hunt_known[] = {
-    {"wedge", "random 358", "light where it is dark"},
-    {"wedge", "random 362", "light where it is dark"},
-    {"wedge", "random 398", "light where it is dark"},
-    {"wedge-probabilistic", "random 358", "light where it is dark"},
-    {"wedge-probabilistic", "random 362", "light where it is dark"},
-    {"wedge-probabilistic", "random 398", "light where it is dark"},
-    {"wedge-blend", "random 358", "light where it is dark"},
-    {"wedge-blend", "random 362", "light where it is dark"},
-    {"wedge-blend", "random 398", "light where it is dark"},
+    {"", "", ""},
 };
 
 static bool is_known(const char *method, const char *name, const char *text)

@@ -326,6 +326,47 @@ static void test_long_lists(void **state)
     close_scene(&picture);
 }
 
+/* A triangle without area in a tear that it closes changes nothing. */
+static void test_no_area(void **state)
+{
+    static const float corners[] = {-0.5f, 1.2f, 0,    0.5f, 1.2f, 0,    0, 1.2f,
+                                    0.7f,  0,    1.7f, 0.2f, 0,    1.2f, 0};
+    static const uint32_t whole[] = {0, 1, 2, 1, 0, 3, 2, 1, 3, 0, 2, 3};
+    static const uint32_t torn[] = {0, 1, 2, 4, 0, 3, 1, 4, 3, 0, 4, 1, 2, 1, 3, 0, 2, 3};
+    static const char *const methods[] = {"wedge", "wedge-probabilistic", "wedge-blend"};
+    static float visibility[6][PIXELS];
+    for (int i = 0; i < 6; i++) {
+        struct picture picture;
+        open_scene(&picture, "two-boxes");
+        for (size_t k = 0; k < picture.scene->object_count; k++)
+            picture.scene->objects[k].info.casts = false;
+        const pnb_mesh_desc mesh = {
+            .name = "tetrahedron",
+            .positions = corners,
+            .vertex_count = 5,
+            .indices = i < 3 ? whole : torn,
+            .triangle_count = i < 3 ? 4 : 6,
+        };
+        pnb_object object = {.name = "tetrahedron",
+                             .world_from_mesh = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0},
+                             .casts = true};
+        assert_int_equal(pnb_scene_add_mesh(picture.scene, &mesh, &object.mesh), PNB_OK);
+        assert_int_equal(pnb_scene_add_object(picture.scene, &object, NULL), PNB_OK);
+        run(&picture, methods[i % 3], NULL, 0, visibility[i]);
+        close_scene(&picture);
+    }
+    for (int m = 0; m < 3; m++) {
+        size_t shaded = 0;
+        for (size_t i = 0; i < PIXELS; i++) {
+            shaded += visibility[m][i] < 0.5f;
+            if (!isnan(visibility[m][i]) && fabsf(visibility[m][i] - visibility[m + 3][i]) > 1e-3f)
+                fail_msg("%s, pixel %zu: %g and %g", methods[m], i, visibility[m][i],
+                         visibility[m + 3][i]);
+        }
+        assert_true(shaded > 20);
+    }
+}
+
 /* Open meshes are warned of, other lights refused, a scene without casters is lit. */
 static void test_bad_input(void **state)
 {
@@ -456,7 +497,7 @@ int main(void)
         cmocka_unit_test(test_small_light),    cmocka_unit_test(test_update),
         cmocka_unit_test(test_tiles),          cmocka_unit_test(test_bad_input),
         cmocka_unit_test(test_many_triangles), cmocka_unit_test(test_random),
-        cmocka_unit_test(test_long_lists),
+        cmocka_unit_test(test_long_lists),     cmocka_unit_test(test_no_area),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -105,6 +105,16 @@ static void put(float *to, const struct gl_occluders *o, uint32_t i)
     memcpy(to, o->positions + 3 * (size_t)i, 3 * sizeof(float));
 }
 
+/* A face of no area has no plane and no side: all its edges take it for seen from its front, so
+ * that what they add is closed. (All zero would say that there is no face.) */
+static void put_plane(float *to, const struct gl_occluders *o, uint32_t face, float sign)
+{
+    const float *plane = o->planes + 4 * (size_t)face;
+    bool none = plane[0] == 0 && plane[1] == 0 && plane[2] == 0;
+    for (int i = 0; i < 4; i++)
+        to[i] = sign * (none ? (float)(i == 3) : plane[i]);
+}
+
 static struct wedge_item edge_item(const struct gl_occluders *o, uint32_t e, bool closed)
 {
     const struct gl_edge *edge = &o->edges[e];
@@ -113,9 +123,9 @@ static struct wedge_item edge_item(const struct gl_occluders *o, uint32_t e, boo
     put(item.a, o, swap ? edge->b : edge->a);
     put(item.b, o, swap ? edge->a : edge->b);
     item.sign = swap ? -1 : 1;
-    memcpy(item.first, o->planes + 4 * (size_t)edge->first, sizeof(item.first));
-    for (int i = 0; i < 4 && edge->second != MESH_NONE; i++)
-        item.second[i] = (edge->same_way ? -1.0f : 1.0f) * o->planes[4 * (size_t)edge->second + i];
+    put_plane(item.first, o, edge->first, 1);
+    if (edge->second != MESH_NONE)
+        put_plane(item.second, o, edge->second, edge->same_way ? -1 : 1);
     return item;
 }
 
@@ -137,7 +147,7 @@ static struct wedge_item face_item(const struct gl_occluders *o, uint32_t f, boo
     put(item.a, o, v[0]);
     put(item.b, o, v[1]);
     put(item.c, o, v[2]);
-    memcpy(item.first, o->planes + 4 * (size_t)f, sizeof(item.first));
+    put_plane(item.first, o, f, 1);
     return item;
 }
 

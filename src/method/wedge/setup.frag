@@ -22,17 +22,16 @@ vec3 to_light(vec3 p)
     return vec3(dot(light_x_axis, d), dot(light_y_axis, d), dot(light_normal, d));
 }
 
-// A face of no area has no side; it gets one that is the same for all its edges.
+// A face of no area has no normal, and the same side everywhere.
 vec4 plane_to_light(vec4 plane)
 {
     float middle = dot(plane.xyz, light_center) + plane.w;
 #if CENTER
-    vec4 light = vec4(0.0, 0.0, 0.0, middle > 0.0 ? -1.0 : 1.0);
+    return vec4(0.0, 0.0, 0.0, middle > 0.0 ? -1.0 : 1.0);
 #else
-    vec4 light = vec4(dot(plane.xyz, light_half_u), dot(plane.xyz, light_half_v),
-                      dot(plane.xyz, light_normal), middle);
+    return vec4(dot(plane.xyz, light_half_u), dot(plane.xyz, light_half_v),
+                dot(plane.xyz, light_normal), middle);
 #endif
-    return plane.xyz == vec3(0.0) ? vec4(0.0, 0.0, 0.0, 1.0) : light;
 }
 
 vec3 cross_at(vec3 a, vec3 b, float z)
