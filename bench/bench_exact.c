@@ -168,7 +168,7 @@ int main(int argc, char **argv)
                 leaves = fmin(leaves, row.speed);
             }
         }
-    if (!o.json)
+    if (!o.json && printed > 0)
         printf(
             "\nclosed meshes: %.1f times in the geometric mean, least %.1f; leaves at 12 degrees "
             "%.1f; RMSE %.2f against %.2f x 1e-3 in the geometric mean, worst %.2f, p99 %.1f\n",
