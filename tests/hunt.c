@@ -616,6 +616,7 @@ static const struct {
     const char *method, *name, *text;
 } hunt_known[] = {
     {"dbuffer", "random 701", "light where it is dark"}, /* the light is around the occluder */
+    {"wedge", "random 748", "light where it is dark"},   /* parts are added */
 };
 
 static bool is_known(const char *method, const char *name, const char *text)
