@@ -223,6 +223,18 @@ struct shot {
     pnb_light light;
 };
 
+/* As an object where it is. */
+static void add_mesh(pnb_scene *scene, const pnb_mesh_desc *mesh)
+{
+    pnb_object object = {.name = mesh->name,
+                         .world_from_mesh = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0},
+                         .color = {1, 1, 1},
+                         .casts = true,
+                         .receives = true};
+    assert_int_equal(pnb_scene_add_mesh(scene, mesh, &object.mesh), PNB_OK);
+    assert_int_equal(pnb_scene_add_object(scene, &object, NULL), PNB_OK);
+}
+
 static void shot_begin(struct shot *shot, const char *name, int width, int height)
 {
     assert_int_equal(scene_builtin(context, name, &shot->scene), PNB_OK);
@@ -318,13 +330,7 @@ static void straight_edge_is_exact(void **state)
         assert_int_equal(pnb_scene_parse(context, text, sizeof(text) - 1, ".", &shot.scene),
                          PNB_OK);
         pnb_mesh_desc mesh = {"slab", c, NULL, 8, indices, 12};
-        pnb_object object = {.name = "slab",
-                             .world_from_mesh = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0},
-                             .color = {1, 1, 1},
-                             .casts = true,
-                             .receives = true};
-        assert_int_equal(pnb_scene_add_mesh(shot.scene, &mesh, &object.mesh), PNB_OK);
-        assert_int_equal(pnb_scene_add_object(shot.scene, &object, NULL), PNB_OK);
+        add_mesh(shot.scene, &mesh);
         assert_int_equal(pnb_surface_create(context, shot.scene, NULL, W, H, &shot.surface),
                          PNB_OK);
         pnb_surface_receivers(shot.surface, &shot.receivers);
@@ -621,13 +627,7 @@ static void broken_meshes_are_told(void **state)
     struct shot shot;
     assert_int_equal(pnb_scene_parse(context, text, sizeof(text) - 1, ".", &shot.scene), PNB_OK);
     pnb_mesh_desc mesh = {"fins", fins, NULL, 5, indices, 3};
-    pnb_object object = {.name = "fins",
-                         .world_from_mesh = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0},
-                         .color = {1, 1, 1},
-                         .casts = true,
-                         .receives = true};
-    assert_int_equal(pnb_scene_add_mesh(shot.scene, &mesh, &object.mesh), PNB_OK);
-    assert_int_equal(pnb_scene_add_object(shot.scene, &object, NULL), PNB_OK);
+    add_mesh(shot.scene, &mesh);
     assert_int_equal(pnb_surface_create(context, shot.scene, NULL, W, H, &shot.surface), PNB_OK);
     pnb_surface_receivers(shot.surface, &shot.receivers);
     /* Above them; then where the line through two vertices, 0 and 2, meets the disk's centre. */

@@ -377,6 +377,23 @@ static inline void tell_places(struct planar_workspace *w, size_t from)
         w->work[w->status[i]].hint = (uint32_t)i;
 }
 
+/* Edges have come to the status, from `at` to `last`, and begin at p: what that means to the edges
+ * below and above them (NULL: none), of which over and under are the sides of p. */
+static inline void look_beside(struct planar_workspace *w, size_t at, size_t last,
+                               struct planar_point p, uint32_t id, struct sweep_edge *lower,
+                               int64_t over, struct sweep_edge *upper, int64_t under)
+{
+    if (lower)
+        note_graze(lower, id, over);
+    if (upper)
+        note_graze(upper, id, under);
+    /* From here on edges may move in memory: a crossing adds some. */
+    if (lower)
+        check_pair(w, at - 1, p, 0);
+    if (upper && !w->trouble)
+        check_pair(w, last, p, 0);
+}
+
 /* The usual point: where a chain merely bends, and no other edge passes. The new edge takes the old
  * one's place. False, and nothing done: the point is another one. */
 static bool pass_on(struct planar_workspace *w, struct planar_point p, uint32_t id, uint32_t first,
@@ -411,32 +428,8 @@ static bool pass_on(struct planar_workspace *w, struct planar_point p, uint32_t 
     status[at] = first;
     if (new->rid != PLANAR_NONE)
         w->incoming[new->rid] = first;
-    if (lower)
-        note_graze(lower, id, over);
-    if (upper)
-        note_graze(upper, id, under);
-    if (lower)
-        check_pair(w, at - 1, p, 0);
-    if (upper && !w->trouble)
-        check_pair(w, at, p, 0);
+    look_beside(w, at, at, p, id, lower, over, upper, under);
     return true;
-}
-
-/* Two edges have come to the status at `at`, from p on: what that means to the edges below and
- * above them (NULL: none), of which over and under are the sides of p. */
-static inline void look_beside(struct planar_workspace *w, size_t at, struct planar_point p,
-                               uint32_t id, struct sweep_edge *lower, int64_t over,
-                               struct sweep_edge *upper, int64_t under)
-{
-    if (lower)
-        note_graze(lower, id, over);
-    if (upper)
-        note_graze(upper, id, under);
-    /* From here on edges may move in memory: a crossing adds some. */
-    if (lower)
-        check_pair(w, at - 1, p, 0);
-    if (upper && !w->trouble)
-        check_pair(w, at + 1, p, 0);
 }
 
 /* The usual crossing: two edges that meet nowhere else and no third one. Their rests change places.
@@ -493,7 +486,7 @@ static bool swap(struct planar_workspace *w, struct planar_point p, uint32_t fir
         w->incoming[a->rid] = first;
     if (b->rid != PLANAR_NONE)
         w->incoming[b->rid] = second;
-    look_beside(w, at, p, id, lower, over, upper, under);
+    look_beside(w, at, at + 1, p, id, lower, over, upper, under);
     return true;
 }
 
@@ -538,7 +531,7 @@ static bool open_pair(struct planar_workspace *w, struct planar_point p, uint32_
     tell_places(w, at + 2);
     w->incoming[f->rid] = low;
     w->incoming[g->rid] = high;
-    look_beside(w, at, p, id, lower, over, upper, under);
+    look_beside(w, at, at + 1, p, id, lower, over, upper, under);
     return true;
 }
 
